@@ -1,0 +1,34 @@
+"""Crack growth by configurational force in the material point method.
+
+``load_scene(path)`` reads a scene, ``run(scene)`` solves it. Both are imported on first use, so
+that ``import cfmpm`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cfmpm.scene import Scene, load_scene
+    from cfmpm.simulation import Result, run
+
+__version__ = "0.1.0"
+__all__ = ["Result", "Scene", "__version__", "load_scene", "run"]
+
+_HOME = {
+    "Scene": "cfmpm.scene",
+    "load_scene": "cfmpm.scene",
+    "Result": "cfmpm.simulation",
+    "run": "cfmpm.simulation",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'cfmpm' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,32 @@
+"""The two ways in which a run can end badly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a scene file."""
+
+    reason: str
+    key: str = ""
+    file: str = ""
+    line: int | None = None
+    column: int | None = None
+
+    def __str__(self) -> str:
+        place = ":".join(str(p) for p in (self.file, self.line, self.column) if p not in ("", None))
+        return ": ".join(p for p in (place, self.key, self.reason) if p)
+
+
+class SceneError(ValueError):
+    """The input is wrong; every problem found is listed. Exit status 2."""
+
+    def __init__(self, problems: list[Problem]) -> None:
+        self.problems = problems
+        super().__init__("\n".join(str(p) for p in problems))
+
+
+class SolveError(RuntimeError):
+    """A solve failed; says which step, what was tried and what to change. Exit status 1."""
