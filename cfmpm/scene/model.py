@@ -7,30 +7,79 @@ Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is r
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from numbers import Real
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+# Larger numbers are slips of the pen, and their squares overflow: no load needs them, and a body
+# has at most a thousand kilometres.
+LARGEST = 1e30
+LARGEST_LENGTH = 1e9
 
 
-def _number(value: Any) -> Any:
+def _number(value: Any) -> float:
     """Refuse booleans and non-finite numbers, which pydantic would take for floats."""
     if isinstance(value, bool):
         raise ValueError("must be a number, not true or false")
-    if isinstance(value, str | int | float):
-        try:
-            number = float(value)
-        except ValueError:
-            raise ValueError("must be a number") from None
-        if not math.isfinite(number):
-            raise ValueError("must be a finite number")
-        return number
-    raise ValueError("must be a number")
+    if not isinstance(value, str | Real):
+        raise ValueError("must be a number")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    except ValueError:
+        raise ValueError("must be a number") from None
+    if not math.isfinite(number):
+        raise ValueError("must be a finite number")
+    if abs(number) > LARGEST:
+        raise ValueError(f"must be at most {LARGEST:g} in size")
+    return number + 0.0  # -0.0 becomes 0.0: equal scenes have equal hashes
+
+
+def _count(value: Any) -> int:
+    number = _number(value)
+    if not number.is_integer():
+        raise ValueError("must be a whole number, or a list of numbers")
+    return int(number)
+
+
+def _pair(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError("must be two numbers in brackets, such as [0, 10]")
+    return value
+
+
+def _box(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError("must be two opposite corners, such as [[0, 0], [10, 5]]")
+    return value
+
+
+def _vertex(value: Any) -> Any:
+    return {"at": value} if isinstance(value, list | tuple) else value
+
+
+def _refusal(key: str, reason: str) -> PydanticCustomError:
+    """What a model's validator raises; `key` names the field at fault, "" the model itself."""
+    return PydanticCustomError("refused", "{reason}", {"key": key, "reason": reason})
 
 
 Number = Annotated[float, BeforeValidator(_number)]
 Positive = Annotated[Number, Field(gt=0)]
-Vector = tuple[Number, Number]
-Point = tuple[Number, Number]
+Length = Annotated[Number, Field(gt=0, le=LARGEST_LENGTH)]
+Coordinate = Annotated[Number, Field(ge=-LARGEST_LENGTH, le=LARGEST_LENGTH)]
+Vector = Annotated[tuple[Number, Number], BeforeValidator(_pair)]
+Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_pair)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
 
 
@@ -58,26 +107,33 @@ class Vertex(Model):
     )
 
 
-def _vertex(value: Any) -> Any:
-    return {"at": value} if isinstance(value, list | tuple) else value
-
-
-Corner = Annotated[Vertex, BeforeValidator(_vertex)]
+Corner = Annotated[
+    Vertex,
+    BeforeValidator(_vertex, json_schema_input_type=Vertex | tuple[Coordinate, Coordinate]),
+]
 
 
 class Circle(Model):
     """A circle."""
 
     centre: Point = Field(description="coordinates [mm]")
-    radius: Positive = Field(description="radius [mm]")
+    radius: Length = Field(description="radius [mm]")
 
 
 class Hole(Model):
-    """A hole; its whole boundary is one named edge."""
+    """A hole, either a circle or a polygon; its whole boundary is one named edge."""
 
-    name: Name | None = Field(None, description="name of the hole's edge; default hole_1, hole_2 ...")
+    name: Name | None = Field(
+        None, description="name of the hole's edge; default hole_1, hole_2 ..."
+    )
     circle: Circle | None = None
     polygon: list[Corner] | None = Field(None, description="corners of a closed line")
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if (self.circle is None) == (self.polygon is None):
+            raise _refusal("", "needs a circle or a polygon, and not both")
+        return self
 
 
 class Region(Model):
@@ -97,7 +153,10 @@ class Crack(Model):
 
 
 class Geometry(Model):
-    """A plane body: outline, holes, cracks, regions."""
+    """A plane body: outline, holes, cracks, regions.
+
+    Sides of the outline that follow each other may share a name: together they are one edge.
+    """
 
     outline: list[Corner] = Field(min_length=2, description="corners of the outline, either sense")
     holes: list[Hole] = []
@@ -108,63 +167,110 @@ class Geometry(Model):
 class MeshFile(Model):
     """A gmsh mesh of three-node triangles in place of a geometry."""
 
-    file: str = Field(description="path of the .msh file, relative to the scene file")
+    file: str = Field(min_length=1, description="path of the .msh file, relative to the scene file")
     cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
     regions: list[Region] = Field([], description="materials of physical surfaces")
 
 
-class SingleEdge(Model):
+class Specimen(Model):
+    """What the families share: the parameter that stands for the loads."""
+
+    load_key: ClassVar[str] = "traction"
+
+    @property
+    def load(self) -> float | None:
+        """The load parameter [MPa, or N/mm for a force]."""
+        value: float | None = getattr(self, self.load_key)
+        return value
+
+
+class SingleEdge(Specimen):
     """Rectangle with an edge crack from the left side; edges bottom, right, top, left."""
 
     kind: Literal["single_edge"]
-    width: Positive
-    height: Positive
-    crack_length: Positive
-    crack_height: Positive | None = Field(None, description="default: half the height")
+    width: Length = Field(description="[mm]")
+    height: Length = Field(description="[mm]")
+    crack_length: Length = Field(description="[mm]")
+    crack_height: Length | None = Field(None, description="[mm]; default: half the height")
     traction: Number | None = Field(None, description="tension on top and bottom [MPa]")
 
+    @model_validator(mode="after")
+    def _crack_inside(self) -> Self:
+        if self.crack_length >= self.width:
+            raise _refusal("crack_length", f"must be less than the width, {self.width:g}")
+        if self.crack_height is not None and self.crack_height >= self.height:
+            raise _refusal("crack_height", f"must be less than the height, {self.height:g}")
+        return self
 
-class CentreCrack(Model):
+
+class CentreCrack(Specimen):
     """Rectangle with a central crack of two tips; edges bottom, right, top, left."""
 
     kind: Literal["centre_crack"]
-    width: Positive
-    height: Positive
-    crack_length: Positive = Field(description="from tip to tip [mm]")
+    width: Length = Field(description="[mm]")
+    height: Length = Field(description="[mm]")
+    crack_length: Length = Field(description="from tip to tip [mm]")
     crack_angle: Annotated[Number, Field(ge=-90, le=90)] = Field(
         0.0, description="from the x axis, anticlockwise [deg]"
     )
     traction: Number | None = Field(None, description="tension on top and bottom [MPa]")
 
 
-class CompactTension(Model):
+class CompactTension(Specimen):
     """Compact tension specimen (ASTM E399 proportions); pin holes pin_top and pin_bottom."""
 
+    load_key: ClassVar[str] = "force"
+
     kind: Literal["compact_tension"]
-    width: Positive = Field(description="W, from the load line to the back face [mm]")
-    crack_length: Positive = Field(description="a, from the load line [mm]")
+    width: Length = Field(description="W, from the load line to the back face [mm]")
+    crack_length: Length = Field(description="a, from the load line [mm]")
     force: Number | None = Field(None, description="pull on the pins per thickness [N/mm]")
 
+    @model_validator(mode="after")
+    def _crack_inside(self) -> Self:
+        if self.crack_length >= self.width:
+            raise _refusal("crack_length", f"must be less than the width, {self.width:g}")
+        return self
 
-class ThreePointBend(Model):
-    """Beam on two supports, force at the middle of the top; crack from the bottom."""
+
+class ThreePointBend(Specimen):
+    """Beam on two supports, force at the middle of the top; crack from the bottom.
+
+    With `loads` in place of `force`, the supports are among the loads too.
+    """
+
+    load_key: ClassVar[str] = "force"
 
     kind: Literal["three_point_bend"]
-    length: Positive
-    height: Positive
-    span: Positive = Field(description="distance of the supports [mm]")
-    crack_length: Positive
-    crack_offset: Number = Field(0.0, description="of the crack from midspan, positive right [mm]")
+    length: Length = Field(description="[mm]")
+    height: Length = Field(description="[mm]")
+    span: Length = Field(description="distance of the supports [mm]")
+    crack_length: Length = Field(description="[mm]")
+    crack_offset: Coordinate = Field(
+        0.0, description="of the crack from midspan, positive right [mm]"
+    )
     holes: list[Circle] = []
     force: Number | None = Field(None, description="downward per thickness [N/mm]")
 
+    @model_validator(mode="after")
+    def _inside(self) -> Self:
+        if self.span > self.length:
+            raise _refusal("span", f"must be at most the length, {self.length:g}")
+        if self.crack_length >= self.height:
+            raise _refusal("crack_length", f"must be less than the height, {self.height:g}")
+        if abs(self.crack_offset) >= self.length / 2:
+            raise _refusal(
+                "crack_offset", f"must be less than half the length, {self.length / 2:g}"
+            )
+        return self
 
-class PlateWithHoles(Model):
+
+class PlateWithHoles(Specimen):
     """Rectangle with circular holes and cracks; edges bottom, right, top, left, hole_1 ..."""
 
     kind: Literal["plate_with_holes"]
-    width: Positive
-    height: Positive
+    width: Length = Field(description="[mm]")
+    height: Length = Field(description="[mm]")
     holes: list[Circle] = Field(min_length=1)
     cracks: list[Crack] = []
     traction: Number | None = Field(None, description="tension on top and bottom [MPa]")
@@ -182,13 +288,23 @@ class Components(Model):
     x: Number | None = Field(None, description="[mm]")
     y: Number | None = Field(None, description="[mm]")
 
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if self.x is None and self.y is None:
+            raise _refusal("", "needs x or y or both; a component that is left out is free")
+        return self
+
 
 class Load(Model):
-    """One load or support: a place (edge, box or point) and what is prescribed there."""
+    """One load or support: a place (edge, box or point) and what is prescribed there.
+
+    A displacement goes with any place, a traction with an edge or a box, a force with a point; a
+    body force has no place.
+    """
 
     name: Name | None = Field(None, description="default: the edge's name, or load_1, load_2 ...")
     edge: Name | None = Field(None, description="a named edge or hole")
-    box: tuple[Point, Point] | None = Field(
+    box: Annotated[tuple[Point, Point], BeforeValidator(_box)] | None = Field(
         None, description="two opposite corners [mm]: the part of the boundary inside"
     )
     point: Point | None = Field(None, description="becomes a node of the grid [mm]")
@@ -197,30 +313,83 @@ class Load(Model):
     force: Vector | None = Field(None, description="on a point, per thickness [N/mm]")
     body_force: Vector | None = Field(None, description="in the whole body [N/mm^3]")
 
+    PLACES_OF: ClassVar[dict[str, tuple[str, ...]]] = {
+        "displacement": ("edge", "box", "point"),
+        "traction": ("edge", "box"),
+        "force": ("point",),
+        "body_force": (),
+    }
+
+    @model_validator(mode="after")
+    def _one_place_and_one_action(self) -> Self:
+        actions = [key for key in self.PLACES_OF if getattr(self, key) is not None]
+        places = [key for key in ("edge", "box", "point") if getattr(self, key) is not None]
+        if len(actions) != 1:
+            given = f"has {' and '.join(actions)}; give each a load of its own"
+            raise _refusal(
+                "", f"needs one of {', '.join(self.PLACES_OF)}" if not actions else given
+            )
+        (action,) = actions
+        allowed = self.PLACES_OF[action]
+        for place in places:
+            if place not in allowed:
+                fits = f"goes with {' or '.join(allowed)}" if allowed else "has no place"
+                raise _refusal(place, f"does not fit: a {action} {fits}")
+        if allowed and len(places) != 1:
+            given = f"has {' and '.join(places)}; one place is needed" if places else "has no place"
+            raise _refusal("", f"{given}: a {action} goes with {' or '.join(allowed)}")
+        return self
+
 
 class Grading(Model):
     """Element size min(size, tip_size + growth r) at distance r from the nearest crack tip."""
 
-    tip_size: Positive = Field(description="element size at a crack tip [mm]")
+    tip_size: Length = Field(description="element size at a crack tip [mm]")
     growth: Positive = Field(0.3, description="element size per distance from the tip")
+
+
+def _numbers_or_word(value: Any) -> str:
+    return "(numbers)" if isinstance(value, dict | Grading) else "(word)"
 
 
 class Mesh(Model):
     """The background grid."""
 
     element: Literal["T3", "T6"] = Field("T6", description="T3: 1 point, T6: 3 points a triangle")
-    size: Positive | None = Field(None, description="element size [mm]; default from the body")
-    grading: Grading | Literal["auto", "uniform"] = Field(
-        "auto", description="towards crack tips: auto, uniform, or two numbers"
-    )
+    size: Length | None = Field(None, description="element size [mm]; default from the body")
+    grading: Annotated[
+        Annotated[Grading, Tag("(numbers)")] | Annotated[Literal["auto", "uniform"], Tag("(word)")],
+        Discriminator(_numbers_or_word),
+    ] = Field("auto", description="towards crack tips: auto, uniform, or two numbers")
+
+    @model_validator(mode="after")
+    def _finer_at_the_tip(self) -> Self:
+        size = self.size or LARGEST_LENGTH
+        if isinstance(self.grading, Grading) and self.grading.tip_size > size:
+            raise _refusal("grading.tip_size", f"must be at most mesh.size, {size:g}")
+        return self
+
+
+def _list_or_count(value: Any) -> str:
+    return "(list)" if isinstance(value, list | tuple) else "(count)"
 
 
 class Fracture(Model):
     """What is evaluated at the crack tips."""
 
-    radii: Annotated[int, Field(ge=1, le=20)] | list[Positive] = Field(
+    radii: Annotated[
+        Annotated[int, BeforeValidator(_count), Field(ge=1, le=20), Tag("(count)")]
+        | Annotated[list[Length], Field(min_length=1, max_length=20), Tag("(list)")],
+        Discriminator(_list_or_count),
+    ] = Field(
         1, description="domain radii [mm], or how many are to be chosen; the spread needs two"
     )
+
+    @model_validator(mode="after")
+    def _different(self) -> Self:
+        if isinstance(self.radii, list) and len(set(self.radii)) < len(self.radii):
+            raise _refusal("radii", "must differ from each other")
+        return self
 
 
 class Output(Model):
@@ -253,8 +422,19 @@ class Scene(Model):
     def _one_body(self) -> Self:
         given = [k for k in ("geometry", "family", "mesh_file") if getattr(self, k) is not None]
         if len(given) != 1:
-            raise ValueError(
-                "exactly one of geometry, family, mesh_file is needed; given: "
-                + (", ".join(given) or "none")
-            )
+            have = "has " + " and ".join(given) if given else "has no body"
+            raise _refusal("", f"{have}: exactly one of geometry, family, mesh_file is needed")
+        return self
+
+    @model_validator(mode="after")
+    def _loaded_once(self) -> Self:
+        if self.family is None:
+            if not self.loads:
+                raise _refusal("loads", "no load: nothing is prescribed")
+        elif self.loads and self.family.load is not None:
+            key = self.family.load_key
+            raise _refusal(f"family.{key}", "is a load already; leave it out or leave out `loads`")
+        elif not self.loads and self.family.load is None:
+            key = self.family.load_key
+            raise _refusal("loads", f"no load: give family.{key}, or a list of loads")
         return self

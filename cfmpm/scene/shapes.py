@@ -1,0 +1,82 @@
+"""Closed lines of straight and circular sides: exact nearest points, and points along them."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cfmpm.scene.model import Circle, Vertex
+
+XY = tuple[float, float]
+
+# Points on a full circle where a polygon stands for it: the chord leaves the arc by 1e-5 radii.
+POINTS_PER_CIRCLE = 720
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a closed line: straight, or an arc through a third point; in mm."""
+
+    start: XY
+    end: XY
+    through: XY | None = None
+
+    def points(self) -> list[XY]:
+        """Points along the side, its end left out."""
+        if self.through is None:
+            return [self.start]
+        centre, sweep = self._arc(self.through)
+        arm = complex(*self.start) - centre
+        n = max(8, math.ceil(POINTS_PER_CIRCLE * abs(sweep) / math.tau))
+        turned = [centre + arm * cmath.rect(1, sweep * i / n) for i in range(1, n)]
+        return [self.start, *(_xy(z) for z in turned)]
+
+    def nearest(self, point: XY) -> XY:
+        """The point of the side that is nearest to `point`."""
+        p, a, b = complex(*point), complex(*self.start), complex(*self.end)
+        if self.through is None:
+            along = ((p - a) * (b - a).conjugate()).real / abs(b - a) ** 2
+            return _xy(a + (b - a) * min(max(along, 0), 1))
+        centre, sweep = self._arc(self.through)
+        if p == centre:
+            return self.start
+        turn = math.copysign(1, sweep) * cmath.phase((p - centre) / (a - centre)) % math.tau
+        if turn <= abs(sweep):
+            return _xy(centre + (p - centre) * (abs(a - centre) / abs(p - centre)))
+        return min(self.start, self.end, key=lambda end: math.dist(end, point))
+
+    def _arc(self, through: XY) -> tuple[complex, float]:
+        """Centre, and the angle from start to end, positive anticlockwise."""
+        centre = complex(*arc_centre(self.start, through, self.end))
+        start, middle, end = (complex(*p) - centre for p in (self.start, through, self.end))
+        sweep = cmath.phase(end / start) % math.tau
+        passes = cmath.phase(middle / start) % math.tau <= sweep
+        return centre, sweep if passes else sweep - math.tau
+
+
+def arc_centre(start: XY, through: XY, end: XY) -> XY:
+    """Centre of the circle through three points that are not on one line [mm]."""
+    a, b, c = (complex(*p) for p in (start, through, end))
+    w = (c - a) / (b - a)
+    return _xy(a + (b - a) * (w - abs(w) ** 2) / complex(0, 2 * w.imag))
+
+
+def sides_of(shape: Circle | Sequence[Vertex]) -> list[Side]:
+    """The sides of a circle or a closed line of corners."""
+    if isinstance(shape, Circle):
+        (x, y), r = shape.centre, shape.radius
+        west, east = (x - r, y), (x + r, y)
+        return [Side(east, west, (x, y + r)), Side(west, east, (x, y - r))]
+    following = [*shape[1:], *shape[:1]]
+    return [Side(v.at, w.at, v.through) for v, w in zip(shape, following, strict=True)]
+
+
+def ring(sides: Sequence[Side]) -> list[XY]:
+    """Points along a closed line, the first not repeated."""
+    return [point for side in sides for point in side.points()]
+
+
+def _xy(z: complex) -> XY:
+    return z.real, z.imag
