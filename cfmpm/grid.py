@@ -1,11 +1,14 @@
-"""The background grid."""
+"""The background grid: topology, boundaries, crack faces and tips, components."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from cfmpm.kernels import topology
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -40,3 +43,204 @@ class Triangulation:
     edges: dict[str, Ints]
     cracks: dict[str, Ints]
     points: dict[str, int]
+
+
+@dataclass(frozen=True)
+class CrackTip:
+    """One end of a crack inside the body.
+
+    Attributes
+    ----------
+    name : str
+        The crack's name; with ``_start`` or ``_end`` where both its ends are tips.
+    crack : str
+    node : int
+    tangent : (2,) float
+        Unit vector out of the crack.
+    h : float
+        Mean length of the grid edges at the tip [mm].
+    straight : float
+        Length over which the crack behind the tip is straight [mm].
+    """
+
+    name: str
+    crack: str
+    node: int
+    tangent: Floats
+    h: float
+    straight: float
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A grid of triangles with three (T3) or six (T6) nodes and opened cracks.
+
+    Attributes
+    ----------
+    nodes : (n, 2) float
+        Coordinates [mm]; corners first, then the mid-side nodes of T6.
+    elements : (m, 3) or (m, 6) int
+        Corner nodes anticlockwise, then the nodes in the middle of sides 01, 12, 20.
+    twins : (m, 3) int
+        The half-edge across each side, -1 on the boundary and on crack faces.
+    regions : (m,) int
+    region_names : tuple of str
+    edges : dict of str to (k, 2) or (k, 3) int
+        Nodes of the boundary edges of each named part: the ends, then the middle.
+    crack_faces : dict of str to (k, 2) int
+        Half-edges on the left and on the right of each edge of a crack, first point to last.
+    tips : tuple of CrackTip
+    points : dict of str to int
+        The node of each point load or point support.
+    """
+
+    nodes: Floats
+    elements: Ints
+    twins: Ints
+    regions: Ints
+    region_names: tuple[str, ...]
+    edges: dict[str, Ints]
+    crack_faces: dict[str, Ints]
+    tips: tuple[CrackTip, ...]
+    points: dict[str, int]
+
+    @property
+    def triangles(self) -> Ints:
+        """Corner nodes, (m, 3)."""
+        return self.elements[:, :3]
+
+    @property
+    def n_corners(self) -> int:
+        """Number of corner nodes; mid-side nodes are numbered from here."""
+        return int(self.elements[:, :3].max()) + 1
+
+    @property
+    def areas(self) -> Floats:
+        """Area of each triangle [mm^2], (m,)."""
+        a, b, c = (self.nodes[self.elements[:, k]] for k in range(3))
+        return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+
+    def edge_nodes(self, half_edges: Ints) -> Ints:
+        """Nodes of half-edges, the ends and then the middle; (k, 2) or (k, 3)."""
+        element, side = half_edges // 3, half_edges % 3
+        columns = [self.elements[element, side], self.elements[element, (side + 1) % 3]]
+        if self.elements.shape[1] == 6:
+            columns.append(self.elements[element, side + 3])
+        return np.column_stack(columns)
+
+
+def build_grid(triangulation: Triangulation, element: Literal["T3", "T6"]) -> Grid:
+    """Open the cracks of a triangulation and number the nodes of its elements.
+
+    Parameters
+    ----------
+    triangulation : Triangulation
+    element : {"T3", "T6"}
+
+    Returns
+    -------
+    Grid
+        Crack nodes are doubled wherever the triangles around them fall apart into several fans
+        (paper section 4.1); the end of a crack inside the body stays one node, its tip.
+    """
+    n_nodes = len(triangulation.nodes)
+    triangles = triangulation.triangles.copy()
+    offsets, half_edges = topology.node_stars(triangles, n_nodes)
+    twins = topology.find_twins(triangles, offsets, half_edges)
+    on_boundary = np.zeros(n_nodes, bool)
+    for k in range(3):
+        open_side = twins[:, k] < 0
+        on_boundary[triangles[open_side, k]] = True
+        on_boundary[triangles[open_side, (k + 1) % 3]] = True
+
+    def sides(pairs: Ints) -> tuple[Ints, Ints]:
+        """Half-edges on the left and on the right of node pairs, -1 where there is none."""
+        star = (triangulation.triangles, offsets, half_edges)
+        return (
+            topology.find_half_edges(*star, pairs),
+            topology.find_half_edges(*star, np.ascontiguousarray(pairs[:, ::-1])),
+        )
+
+    named = {name: np.maximum(*sides(pairs)) for name, pairs in triangulation.edges.items()}
+    crack_faces = {
+        name: np.column_stack(sides(pairs)) for name, pairs in triangulation.cracks.items()
+    }
+    tips = tuple(
+        tip
+        for name, pairs in triangulation.cracks.items()
+        for tip in _tips(name, pairs, triangulation, on_boundary, offsets, half_edges)
+    )
+
+    nodes = triangulation.nodes
+    if crack_faces:
+        faces = np.concatenate([f.ravel() for f in crack_faces.values()])
+        twins.reshape(-1)[faces] = -1
+        on_cracks = np.unique(np.concatenate([p.ravel() for p in triangulation.cracks.values()]))
+        parents = topology.split_nodes(triangles, twins, offsets, half_edges, on_cracks, n_nodes)
+        nodes = np.concatenate([nodes, nodes[parents]])
+
+    elements = triangles
+    if element == "T6":
+        nodes, elements = _with_middle_nodes(nodes, triangles, twins)
+    grid = Grid(
+        nodes=nodes,
+        elements=elements,
+        twins=twins,
+        regions=triangulation.regions,
+        region_names=triangulation.region_names,
+        edges={},
+        crack_faces=crack_faces,
+        tips=tips,
+        points=triangulation.points,
+    )
+    grid.edges.update({name: grid.edge_nodes(found) for name, found in named.items()})
+    return grid
+
+
+def _with_middle_nodes(nodes: Floats, triangles: Ints, twins: Ints) -> tuple[Floats, Ints]:
+    """Add one node in the middle of each edge; the two faces of a crack get one each."""
+    own = np.arange(twins.size)
+    twin = twins.reshape(-1)
+    first = np.where(twin >= 0, np.minimum(own, twin), own)
+    is_first = first == own
+    number = np.cumsum(is_first) - 1
+    middle = len(nodes) + number[first].reshape(twins.shape)
+    ends = nodes[triangles], nodes[np.roll(triangles, -1, axis=1)]
+    centres = (0.5 * (ends[0] + ends[1])).reshape(-1, 2)[is_first]
+    return np.concatenate([nodes, centres]), np.hstack([triangles, middle])
+
+
+def _tips(
+    name: str,
+    pairs: Ints,
+    triangulation: Triangulation,
+    on_boundary: NDArray[np.bool_],
+    offsets: Ints,
+    half_edges: Ints,
+) -> list[CrackTip]:
+    """Find the ends of one crack that lie inside the body."""
+    nodes, triangles = triangulation.nodes, triangulation.triangles
+    line = np.concatenate([pairs[:, 0], pairs[-1:, 1]])
+    ends = {"start": line[::-1], "end": line}
+    inside = {end: path for end, path in ends.items() if not on_boundary[path[-1]]}
+    tips = []
+    for end, path in inside.items():
+        tip = path[-1]
+        back = nodes[path[::-1]] - nodes[tip]
+        distance = np.hypot(*back.T)
+        tangent = -back[1] / distance[1]
+        aside = np.abs(back @ np.array([-tangent[1], tangent[0]]))
+        bent = np.flatnonzero(aside > 1e-6 * distance + 1e-12 * distance.max())
+        star = half_edges[offsets[tip] : offsets[tip + 1]]
+        rim = nodes[triangles[star // 3, (star + 1) % 3]]
+        tips.append(
+            CrackTip(
+                name=f"{name}_{end}" if len(inside) == 2 else name,
+                crack=name,
+                node=int(tip),
+                tangent=tangent,
+                h=float(np.hypot(*(rim - nodes[tip]).T).mean()),
+                straight=float(distance[bent[0] - 1] if bent.size else distance[-1]),
+            )
+        )
+    return tips

@@ -1,0 +1,32 @@
+"""Wall time of the phases of a run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+class Clock:
+    """Adds up wall time by phase, and announces each phase as it begins.
+
+    Parameters
+    ----------
+    announce : callable
+        Called with the phase's name; a progress bar, say.
+    """
+
+    def __init__(self, announce: Callable[[str], None]) -> None:
+        self.seconds: dict[str, float] = {}
+        self._announce = announce
+
+    @contextmanager
+    def __call__(self, phase: str) -> Iterator[None]:
+        """Time the body of a ``with`` statement."""
+        self._announce(phase)
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            elapsed = time.perf_counter() - start
+            self.seconds[phase] = self.seconds.get(phase, 0.0) + elapsed

@@ -1,0 +1,171 @@
+"""Equilibrium of the background grid with its material points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from cfmpm import solvers
+from cfmpm.errors import SolveError
+from cfmpm.grid import Floats, Grid
+from cfmpm.kernels import assembly, constitutive
+from cfmpm.loading import Loading
+from cfmpm.points import MaterialPoints
+
+# Largest residual relative to the forces that hold each other in balance. Above it the solution
+# is not one: a bar of round-off, 1e4 times what a well posed scene leaves.
+RESIDUAL = 1e-8
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """The state of balance of a load step.
+
+    Attributes
+    ----------
+    displacement : (n, 2) float
+        [mm].
+    internal_force : (n, 2) float
+        [N/mm].
+    residual_norm : float
+        Largest unbalanced force over the largest nodal force.
+    solver : str
+    n_unknowns : int
+    negative_pivots : int
+    iterations : int
+        Of an iterative linear solver; 0 for a direct one.
+    """
+
+    displacement: Floats
+    internal_force: Floats
+    residual_norm: float
+    solver: str
+    n_unknowns: int
+    negative_pivots: int
+    iterations: int
+
+
+def assemble_stiffness(
+    grid: Grid, points: MaterialPoints, gradients: Floats, lame: Floats, loading: Loading
+) -> csr_array:
+    """Sum the stiffness of the free degrees of freedom over the material points.
+
+    Parameters
+    ----------
+    grid : Grid
+    points : MaterialPoints
+    gradients : (p, k, 2) float
+        Basis gradients at the points [1/mm].
+    lame : (q, 2) float
+        Lame's constants [MPa].
+    loading : Loading
+
+    Returns
+    -------
+    csr_array
+        Symmetric, both triangles [N/mm].
+    """
+    free = loading.free
+    indptr, indices = assembly.sparsity(grid.elements, free)
+    data = assembly.stiffness(
+        grid.elements,
+        free,
+        indptr,
+        indices,
+        points.element,
+        gradients,
+        points.volume,
+        points.material,
+        lame,
+    )
+    if len(data) < np.iinfo(np.int32).max:
+        indptr = indptr.astype(np.int32)
+    n = len(indptr) - 1
+    return csr_array((data, indices, indptr), shape=(n, n))
+
+
+def update_points(
+    grid: Grid, points: MaterialPoints, gradients: Floats, lame: Floats, displacement: Floats
+) -> None:
+    """Give every point its displacement gradient, stress and energy, in place."""
+    points.displacement_gradient, points.stress, points.energy = constitutive.linear_elastic(
+        grid.elements, points.element, gradients, points.material, lame, displacement
+    )
+
+
+def internal_force(grid: Grid, points: MaterialPoints, gradients: Floats) -> Floats:
+    """Sum the internal force of the points at every node [N/mm], (n, 2)."""
+    return assembly.internal_force(
+        grid.elements, len(grid.nodes), points.element, gradients, points.volume, points.stress
+    )
+
+
+def solve_linear(
+    stiffness: csr_array,
+    grid: Grid,
+    points: MaterialPoints,
+    gradients: Floats,
+    lame: Floats,
+    loading: Loading,
+    solver: Literal["auto", "cholmod", "superlu", "amg"] = "auto",
+) -> Equilibrium:
+    """Solve a linear scene in one step and update its points.
+
+    K delta_d = f_ext - f_int (paper eq 13, sign put right), from the prescribed displacement.
+
+    Parameters
+    ----------
+    stiffness : csr_array
+        From `assemble_stiffness`.
+    grid : Grid
+    points : MaterialPoints
+        Updated in place to the state of balance.
+    gradients : (p, k, 2) float
+    lame : (q, 2) float
+    loading : Loading
+    solver : str
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    SolveError
+        Where the stiffness is not positive definite or the residual stays too large.
+    """
+    free = ~loading.prescribed
+    displacement = loading.displacement.copy()
+    unbalanced = loading.force
+    if displacement.any():
+        update_points(grid, points, gradients, lame, displacement)
+        unbalanced = loading.force - internal_force(grid, points, gradients)
+    chosen = solvers.select(stiffness.shape[0], solver)
+    modes = solvers.rigid_body_modes(grid.nodes, free) if chosen.name == "amg" else None
+    factor = chosen.factor(stiffness, modes)
+    solution = factor.solve(unbalanced[free])
+    displacement[free] += solution.x
+    update_points(grid, points, gradients, lame, displacement)
+    force = internal_force(grid, points, gradients)
+    scale = np.abs(force).max(initial=0.0)
+    residual = np.abs((loading.force - force)[free]).max(initial=0.0)
+    residual_norm = float(residual / scale) if scale > 0.0 else 0.0
+    if not residual_norm <= RESIDUAL:
+        raise SolveError(
+            f"step 1: the linear solution by {chosen.name} leaves an unbalanced force of "
+            f"{residual_norm:.1e} of the largest nodal force (allowed {RESIDUAL:.0e}); try "
+            "another solver, and look for a part that hangs by a single node or for a contrast "
+            "of stiffness beyond 1e12"
+        )
+    return Equilibrium(
+        displacement=displacement,
+        internal_force=force,
+        residual_norm=residual_norm,
+        solver=chosen.name,
+        n_unknowns=stiffness.shape[0],
+        negative_pivots=factor.negative_pivots,
+        iterations=solution.iterations,
+    )

@@ -1,0 +1,107 @@
+"""Configurational force at a crack tip and over domains around it; energy release rate J."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cfmpm.grid import CrackTip, Floats, Grid
+from cfmpm.kernels import basis, eshelby
+from cfmpm.points import MaterialPoints
+
+
+def nodal_force(
+    grid: Grid, points: MaterialPoints, gradients: Floats, body_force: Floats
+) -> Floats:
+    """Sum the configurational force at every node of the grid.
+
+    Parameters
+    ----------
+    grid : Grid
+    points : MaterialPoints
+    gradients : (p, k, 2) float
+        Basis gradients at the points [1/mm].
+    body_force : (2,) float
+        [N/mm^3].
+
+    Returns
+    -------
+    (n, 2) float
+        Pointing to where a crack would run (paper eq 26) [N/mm].
+    """
+    state = points.displacement_gradient, points.stress, points.energy
+    n = len(grid.nodes)
+    force = eshelby.configurational_force(
+        grid.elements, n, points.element, gradients, points.volume, *state
+    )
+    if body_force.any():
+        values = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
+        force += eshelby.body_configurational_force(
+            grid.elements,
+            n,
+            points.element,
+            values,
+            points.volume,
+            points.displacement_gradient,
+            body_force,
+        )
+    return force
+
+
+def domain_force(grid: Grid, nodal: Floats, tip: CrackTip, radius: float) -> Floats:
+    """Sum the configurational force over the nodes of a disc (paper eq 27).
+
+    Parameters
+    ----------
+    grid : Grid
+    nodal : (n, 2) float
+        From `nodal_force`.
+    tip : CrackTip
+    radius : float
+        [mm].
+
+    Returns
+    -------
+    (2,) float
+        [N/mm]. It equals the domain integral with the weight that is one on those nodes.
+    """
+    return nodal[_distance(grid, tip) <= radius].sum(axis=0)
+
+
+def ring_weight(grid: Grid, tip: CrackTip, radius: float) -> Floats:
+    """Weight q of a ring from half the radius to the radius, linear on each triangle.
+
+    Parameters
+    ----------
+    grid : Grid
+    tip : CrackTip
+    radius : float
+        Outer radius [mm].
+
+    Returns
+    -------
+    (n,) float
+        1 inside half the radius, 0 from the radius on. Middle nodes get the mean of their ends:
+        the gradient of q is then constant in a triangle, and the points of T6 integrate the
+        energy-momentum exactly.
+    """
+    q = np.clip(2.0 - 2.0 * _distance(grid, tip) / radius, 0.0, 1.0)
+    if grid.elements.shape[1] == 6:
+        for side in range(3):
+            ends = grid.elements[:, side], grid.elements[:, (side + 1) % 3]
+            q[grid.elements[:, 3 + side]] = 0.5 * (q[ends[0]] + q[ends[1]])
+    return q
+
+
+def j_integral(nodal: Floats, q: Floats, tip: CrackTip) -> float:
+    """Return J = sum_I q_I CF_I . t of a ring [N/mm] (Li, Shih and Needleman 1985)."""
+    return float(q @ (nodal @ tip.tangent))
+
+
+def angle(force: Floats, tip: CrackTip) -> float:
+    """Return the angle of a force from the tangent of the tip, anticlockwise [deg]."""
+    t = tip.tangent
+    return float(np.degrees(np.arctan2(t[0] * force[1] - t[1] * force[0], t @ force)))
+
+
+def _distance(grid: Grid, tip: CrackTip) -> Floats:
+    return np.hypot(*(grid.nodes - grid.nodes[tip.node]).T)

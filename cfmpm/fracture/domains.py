@@ -1,0 +1,98 @@
+"""Domains around a crack tip: how large they may be, and which radii are taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cfmpm.grid import CrackTip, Floats, Grid
+
+# Part of the clearance of a tip that a domain may fill: the nodes on what lies there stay out.
+FILL = 0.9
+# Radii chosen by the program reach to this many element sizes at the tip, clearance allowing.
+REACH = 20.0
+# Below this many element sizes at the tip the fields in a ring are those of the tip element.
+RESOLVED = 4.0
+
+
+@dataclass(frozen=True)
+class Domains:
+    """The radii around one tip.
+
+    Attributes
+    ----------
+    radii : tuple of float
+        Ascending as asked for or chosen [mm].
+    clearance : float
+        Distance from the tip to the nearest thing that a domain must not hold [mm].
+    cut_back : bool
+        Whether a radius that was asked for was made smaller.
+    """
+
+    radii: tuple[float, ...]
+    clearance: float
+    cut_back: bool
+
+
+def choose_domains(grid: Grid, tip: CrackTip, wanted: int | Sequence[float]) -> Domains:
+    """Choose the domain radii of a tip.
+
+    Parameters
+    ----------
+    grid : Grid
+    tip : CrackTip
+    wanted : int or sequence of float
+        How many radii are to be chosen, or the radii themselves [mm].
+
+    Returns
+    -------
+    Domains
+        Chosen radii end at 20 element sizes of the tip or at 0.9 of the clearance, whichever is
+        smaller, and start at half of that. Radii asked for are cut back to 0.9 of the clearance.
+    """
+    clearance = tip_clearance(grid, tip)
+    largest = FILL * clearance
+    if isinstance(wanted, int):
+        reach = min(REACH * tip.h, largest)
+        return Domains(tuple(float(r) for r in reach * _fractions(wanted)), clearance, False)
+    radii = tuple(min(radius, largest) for radius in wanted)
+    return Domains(radii, clearance, radii != tuple(wanted))
+
+
+def _fractions(count: int) -> Floats:
+    return np.linspace(0.5, 1.0, count) if count > 1 else np.ones(1)
+
+
+def tip_clearance(grid: Grid, tip: CrackTip) -> float:
+    """Return the distance from a tip to what a domain around it must not hold [mm].
+
+    That is the outline, a hole, another crack, a bend or the other end of its own crack, the
+    border of another material, and a point at which a force or a support acts.
+    """
+    x = grid.nodes[tip.node]
+    distances = [tip.straight]
+    obstacles = [edges[:, :2] for edges in grid.edges.values()]
+    for name, faces in grid.crack_faces.items():
+        if name != tip.crack:
+            obstacles.append(grid.edge_nodes(faces[:, 0])[:, :2])
+    if len(grid.region_names) > 1:
+        element, side = np.nonzero(grid.twins >= 0)
+        across = grid.regions[grid.twins[element, side] // 3]
+        border = across != grid.regions[element]
+        obstacles.append(grid.edge_nodes(3 * element[border] + side[border])[:, :2])
+    for edges in obstacles:
+        if len(edges):
+            distances.append(_distance_to_segments(x, grid.nodes[edges]))
+    points = [node for node in grid.points.values() if node != tip.node]
+    if points:
+        distances.append(float(np.hypot(*(grid.nodes[points] - x).T).min()))
+    return float(min(distances))
+
+
+def _distance_to_segments(x: Floats, segments: Floats) -> float:
+    """Smallest distance from a point to segments (k, 2, 2)."""
+    a, d = segments[:, 0], segments[:, 1] - segments[:, 0]
+    along = np.clip(((x - a) * d).sum(axis=1) / (d * d).sum(axis=1), 0.0, 1.0)
+    return float(np.hypot(*(a + along[:, None] * d - x).T).min())

@@ -1,0 +1,221 @@
+"""Stiffness and forces as sums over material points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cfmpm._jit import kernel
+
+
+@kernel
+def sparsity(elements, free):
+    """Find the pattern of the stiffness of the free degrees of freedom.
+
+    Parameters
+    ----------
+    elements : (m, k) int
+    free : (n, 2) int
+        Number of each degree of freedom in the reduced system, ascending; -1 where prescribed.
+
+    Returns
+    -------
+    indptr : (n_free + 1,) int32 or int64
+        int32 wherever it can hold the number of entries.
+    indices : int32
+        Columns, ascending in each row.
+    """
+    n_nodes = free.shape[0]
+    m, k = elements.shape
+    offsets = np.zeros(n_nodes + 1, np.int64)
+    for e in range(m):
+        for a in range(k):
+            offsets[elements[e, a] + 1] += 1
+    for i in range(n_nodes):
+        offsets[i + 1] += offsets[i]
+    fill = offsets[:-1].copy()
+    star = np.empty(m * k, np.int64)
+    for e in range(m):
+        for a in range(k):
+            node = elements[e, a]
+            star[fill[node]] = e
+            fill[node] += 1
+
+    seen = np.full(n_nodes, -1, np.int64)
+    n_free = 0
+    entries = 0
+    for i in range(n_nodes):
+        own = (free[i, 0] >= 0) + (free[i, 1] >= 0)
+        n_free += own
+        if own == 0:
+            continue
+        width = 0
+        for j in range(offsets[i], offsets[i + 1]):
+            for b in range(k):
+                node = elements[star[j], b]
+                if seen[node] != i:
+                    seen[node] = i
+                    width += (free[node, 0] >= 0) + (free[node, 1] >= 0)
+        entries += own * width
+
+    indptr = np.zeros(n_free + 1, np.int64)
+    indices = np.empty(entries, np.int32)
+    seen[:] = -1
+    around = np.empty(n_nodes, np.int64)
+    at = 0
+    row = 0
+    for i in range(n_nodes):
+        own = (free[i, 0] >= 0) + (free[i, 1] >= 0)
+        if own == 0:
+            continue
+        count = 0
+        for j in range(offsets[i], offsets[i + 1]):
+            for b in range(k):
+                node = elements[star[j], b]
+                if seen[node] != i:
+                    seen[node] = i
+                    # Insertion keeps the few neighbours in ascending order.
+                    c = count
+                    while c > 0 and around[c - 1] > node:
+                        around[c] = around[c - 1]
+                        c -= 1
+                    around[c] = node
+                    count += 1
+        for _ in range(own):
+            for c in range(count):
+                for component in range(2):
+                    column = free[around[c], component]
+                    if column >= 0:
+                        indices[at] = column
+                        at += 1
+            row += 1
+            indptr[row] = at
+    return indptr, indices
+
+
+@kernel
+def stiffness(elements, free, indptr, indices, point_element, gradients, volume, material, lame):
+    """Assemble the stiffness of linear elastic points for the free degrees of freedom.
+
+    K_aibk = sum_p V_p (lambda g_ai g_bk + mu g_ak g_bi + mu delta_ik g_a.g_b), the sum of paper
+    eq 10 at F = 1, with g = dS/dX.
+
+    Parameters
+    ----------
+    elements : (m, k) int
+    free, indptr, indices
+        As in `sparsity`.
+    point_element, material : (p,) int
+    gradients : (p, k, 2) float
+    volume : (p,) float
+        [mm^3 per mm of thickness].
+    lame : (q, 2) float
+        Lame's constants [MPa].
+
+    Returns
+    -------
+    (entries,) float
+        Values of the CSR matrix [N/mm].
+    """
+    data = np.zeros(len(indices))
+    k = elements.shape[1]
+    n_points = len(point_element)
+    block = np.zeros((k, 2, k, 2))
+    for p in range(n_points):
+        e = point_element[p]
+        lam = lame[material[p], 0] * volume[p]
+        mu = lame[material[p], 1] * volume[p]
+        for a in range(k):
+            ax, ay = gradients[p, a, 0], gradients[p, a, 1]
+            for b in range(k):
+                bx, by = gradients[p, b, 0], gradients[p, b, 1]
+                dot = mu * (ax * bx + ay * by)
+                block[a, 0, b, 0] += (lam + mu) * ax * bx + dot
+                block[a, 0, b, 1] += lam * ax * by + mu * ay * bx
+                block[a, 1, b, 0] += lam * ay * bx + mu * ax * by
+                block[a, 1, b, 1] += (lam + mu) * ay * by + dot
+        if p + 1 < n_points and point_element[p + 1] == e:
+            continue
+        # Points of one element follow each other: their sum is scattered once.
+        for a in range(k):
+            for i in range(2):
+                row = free[elements[e, a], i]
+                if row < 0:
+                    continue
+                for b in range(k):
+                    for j in range(2):
+                        column = free[elements[e, b], j]
+                        if column < 0:
+                            continue
+                        low, high = indptr[row], indptr[row + 1]
+                        while high - low > 1:
+                            middle = (low + high) // 2
+                            if indices[middle] <= column:
+                                low = middle
+                            else:
+                                high = middle
+                        data[low] += block[a, i, b, j]
+        block[:] = 0.0
+    return data
+
+
+@kernel
+def internal_force(elements, n_nodes, point_element, gradients, volume, stress):
+    """Sum the internal force f_I,i = sum_p sigma_ij dS_I/dX_j V_p (paper eq 13).
+
+    Parameters
+    ----------
+    elements : (m, k) int
+    n_nodes : int
+    point_element : (p,) int
+    gradients : (p, k, 2) float
+    volume : (p,) float
+    stress : (p, 3) float
+        sigma_xx, sigma_yy, sigma_xy [MPa].
+
+    Returns
+    -------
+    (n, 2) float
+        [N/mm].
+    """
+    force = np.zeros((n_nodes, 2))
+    for p in range(len(point_element)):
+        e = point_element[p]
+        sxx = stress[p, 0] * volume[p]
+        syy = stress[p, 1] * volume[p]
+        sxy = stress[p, 2] * volume[p]
+        for a in range(elements.shape[1]):
+            node = elements[e, a]
+            gx, gy = gradients[p, a, 0], gradients[p, a, 1]
+            force[node, 0] += sxx * gx + sxy * gy
+            force[node, 1] += sxy * gx + syy * gy
+    return force
+
+
+@kernel
+def body_force(elements, n_nodes, point_element, values, volume, density):
+    """Sum the force f_I = sum_p S_I b V_p of a uniform body force.
+
+    Parameters
+    ----------
+    elements : (m, k) int
+    n_nodes : int
+    point_element : (p,) int
+    values : (p, k) float
+        Basis functions at the points.
+    volume : (p,) float
+    density : (2,) float
+        b [N/mm^3].
+
+    Returns
+    -------
+    (n, 2) float
+        [N/mm].
+    """
+    force = np.zeros((n_nodes, 2))
+    for p in range(len(point_element)):
+        for a in range(elements.shape[1]):
+            weight = values[p, a] * volume[p]
+            node = elements[point_element[p], a]
+            force[node, 0] += weight * density[0]
+            force[node, 1] += weight * density[1]
+    return force

@@ -1,0 +1,64 @@
+"""Constitutive laws, one kernel each, from displacement gradient to stress and energy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cfmpm._jit import kernel
+
+
+@kernel
+def linear_elastic(elements, point_element, gradients, material, lame, displacement):
+    """Update points of linear elastic, isotropic materials.
+
+    Parameters
+    ----------
+    elements : (m, k) int
+    point_element : (p,) int
+    gradients : (p, k, 2) float
+        dS_I/dX_j [1/mm].
+    material : (p,) int
+        Row of `lame`.
+    lame : (q, 2) float
+        Lame's constants lambda and mu of the plane problem [MPa].
+    displacement : (n, 2) float
+        Of the nodes [mm].
+
+    Returns
+    -------
+    displacement_gradient : (p, 2, 2) float
+        u_i,j = sum_I u_I,i dS_I/dX_j.
+    stress : (p, 3) float
+        sigma_xx, sigma_yy, sigma_xy [MPa].
+    energy : (p,) float
+        psi = sigma_ij u_i,j / 2 [N mm/mm^3] (paper eq 20, indices put right).
+    """
+    n, k = gradients.shape[:2]
+    displacement_gradient = np.empty((n, 2, 2))
+    stress = np.empty((n, 3))
+    energy = np.empty(n)
+    for p in range(n):
+        e = point_element[p]
+        hxx = hxy = hyx = hyy = 0.0
+        for a in range(k):
+            node = elements[e, a]
+            ux, uy = displacement[node, 0], displacement[node, 1]
+            gx, gy = gradients[p, a, 0], gradients[p, a, 1]
+            hxx += ux * gx
+            hxy += ux * gy
+            hyx += uy * gx
+            hyy += uy * gy
+        lam, mu = lame[material[p], 0], lame[material[p], 1]
+        trace = lam * (hxx + hyy)
+        sxx = trace + 2.0 * mu * hxx
+        syy = trace + 2.0 * mu * hyy
+        sxy = mu * (hxy + hyx)
+        displacement_gradient[p, 0, 0] = hxx
+        displacement_gradient[p, 0, 1] = hxy
+        displacement_gradient[p, 1, 0] = hyx
+        displacement_gradient[p, 1, 1] = hyy
+        stress[p, 0] = sxx
+        stress[p, 1] = syy
+        stress[p, 2] = sxy
+        energy[p] = 0.5 * (sxx * hxx + syy * hyy + sxy * (hxy + hyx))
+    return displacement_gradient, stress, energy

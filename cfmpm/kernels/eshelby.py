@@ -1,0 +1,227 @@
+"""Eshelby stress: configurational force at nodes and interaction integrals in a ring."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cfmpm._jit import kernel
+
+
+@kernel
+def configurational_force(
+    elements, n_nodes, point_element, gradients, volume, displacement_gradient, stress, energy
+):
+    """Sum the configurational force at every node.
+
+    CF_I,i = - sum_p Sigma_ij dS_I/dX_j V_p with Sigma_ij = psi delta_ij - u_k,i sigma_kj (paper
+    eqs 19 and 26 with indices and sign put right: the force points to where the crack runs).
+
+    Parameters
+    ----------
+    elements : (m, k) int
+    n_nodes : int
+    point_element : (p,) int
+    gradients : (p, k, 2) float
+    volume : (p,) float
+    displacement_gradient : (p, 2, 2) float
+    stress : (p, 3) float
+    energy : (p,) float
+
+    Returns
+    -------
+    (n, 2) float
+        [N/mm].
+    """
+    force = np.zeros((n_nodes, 2))
+    for p in range(len(point_element)):
+        h = displacement_gradient[p]
+        sxx, syy, sxy = stress[p, 0], stress[p, 1], stress[p, 2]
+        exx = (energy[p] - h[0, 0] * sxx - h[1, 0] * sxy) * volume[p]
+        exy = -(h[0, 0] * sxy + h[1, 0] * syy) * volume[p]
+        eyx = -(h[0, 1] * sxx + h[1, 1] * sxy) * volume[p]
+        eyy = (energy[p] - h[0, 1] * sxy - h[1, 1] * syy) * volume[p]
+        e = point_element[p]
+        for a in range(elements.shape[1]):
+            node = elements[e, a]
+            gx, gy = gradients[p, a, 0], gradients[p, a, 1]
+            force[node, 0] -= exx * gx + exy * gy
+            force[node, 1] -= eyx * gx + eyy * gy
+    return force
+
+
+@kernel
+def body_configurational_force(
+    elements, n_nodes, point_element, values, volume, displacement_gradient, density
+):
+    """Sum the part of the configurational force that a uniform body force adds.
+
+    The divergence of the Eshelby stress is u_k,i b_k, so that sum_p u_k,i b_k S_I V_p is to be
+    taken away for the sum over a domain not to depend on the domain (Maugin 1993, ch. 4).
+
+    Parameters
+    ----------
+    elements, n_nodes, point_element, values, volume, density
+        As in `assembly.body_force`.
+    displacement_gradient : (p, 2, 2) float
+
+    Returns
+    -------
+    (n, 2) float
+        [N/mm].
+    """
+    force = np.zeros((n_nodes, 2))
+    for p in range(len(point_element)):
+        h = displacement_gradient[p]
+        fx = (h[0, 0] * density[0] + h[1, 0] * density[1]) * volume[p]
+        fy = (h[0, 1] * density[0] + h[1, 1] * density[1]) * volume[p]
+        for a in range(elements.shape[1]):
+            node = elements[point_element[p], a]
+            force[node, 0] -= fx * values[p, a]
+            force[node, 1] -= fy * values[p, a]
+    return force
+
+
+@kernel
+def auxiliary_gradient(mode, r, theta, lam, mu):
+    """Return the displacement gradient of an auxiliary field in the frame of the tip.
+
+    Modes 0 and 1 are Williams' fields of K_I = 1 and K_II = 1 MPa sqrt(mm) (Anderson 2005, table
+    2.2), mode 2 is that of a unit point force at the tip along the crack, for the T-stress
+    (Michell; Kfouri 1986).
+
+    Parameters
+    ----------
+    mode : int
+    r, theta : float
+        Distance from the tip [mm] and angle from the crack's tangent [rad].
+    lam, mu : float
+        Lame's constants of the plane problem [MPa].
+
+    Returns
+    -------
+    h11, h12, h21, h22 : float
+    """
+    kappa = (lam + 3.0 * mu) / (lam + mu)
+    c, s = math.cos(theta), math.sin(theta)
+    if mode == 2:
+        # u_1 = -a (kappa + 1) / 2 ln r - a sin^2; u_2 = -a (kappa - 1) / 2 theta + a sin cos
+        a = 1.0 / (4.0 * math.pi * mu)
+        radial = -0.5 * a * (kappa + 1.0) / r
+        around_1 = -2.0 * a * s * c / r
+        around_2 = a * (-0.5 * (kappa - 1.0) + c * c - s * s) / r
+        return c * radial - s * around_1, s * radial + c * around_1, -s * around_2, c * around_2
+    ch, sh = math.cos(0.5 * theta), math.sin(0.5 * theta)
+    # u_i = scale sqrt(r) g_i(theta)
+    scale = 1.0 / (2.0 * mu * math.sqrt(2.0 * math.pi * r))
+    if mode == 0:
+        g1 = ch * (kappa - c)
+        g2 = sh * (kappa - c)
+        d1 = -0.5 * sh * (kappa - c) + ch * s
+        d2 = 0.5 * ch * (kappa - c) + sh * s
+    else:
+        g1 = sh * (kappa + 2.0 + c)
+        g2 = -ch * (kappa - 2.0 + c)
+        d1 = 0.5 * ch * (kappa + 2.0 + c) - sh * s
+        d2 = 0.5 * sh * (kappa - 2.0 + c) + ch * s
+    return (
+        scale * (0.5 * c * g1 - s * d1),
+        scale * (0.5 * s * g1 + c * d1),
+        scale * (0.5 * c * g2 - s * d2),
+        scale * (0.5 * s * g2 + c * d2),
+    )
+
+
+@kernel
+def interaction_integrals(
+    nodes,
+    elements,
+    point_element,
+    position,
+    gradients,
+    volume,
+    displacement_gradient,
+    stress,
+    q,
+    tip,
+    tangent,
+    lam,
+    mu,
+    density,
+):
+    """Integrate the interaction of the solution with the three auxiliary fields.
+
+    I = sum_p V_p [(sigma_ij a_i,1 + s_ij u_i,1) q_,j - sigma_ik a_i,k q_,1 - b_i a_i,1 q] in the
+    frame of the tip, with a and s the auxiliary displacement and stress (Stern, Becker and Dunham
+    1976; Moran and Shih 1987). Elements in which q is constant add nothing and are passed over,
+    but for the body force.
+
+    Parameters
+    ----------
+    nodes : (n, 2) float
+    elements : (m, k) int
+    point_element : (p,) int
+    position : (p, 2) float
+    gradients : (p, k, 2) float
+    volume : (p,) float
+    displacement_gradient : (p, 2, 2) float
+    stress : (p, 3) float
+    q : (n,) float
+        Weight of each node: 1 inside the ring, 0 outside; linear along each edge.
+    tip, tangent : (2,) float
+    lam, mu : float
+        Lame's constants in the ring [MPa].
+    density : (2,) float
+        Body force [N/mm^3].
+
+    Returns
+    -------
+    (3,) float
+        I of modes I, II and of the point force; in N/mm, per auxiliary unit.
+    """
+    result = np.zeros(3)
+    k = elements.shape[1]
+    t1, t2 = tangent[0], tangent[1]
+    loaded = density[0] != 0.0 or density[1] != 0.0
+    b1 = t1 * density[0] + t2 * density[1]
+    b2 = -t2 * density[0] + t1 * density[1]
+    for p in range(len(point_element)):
+        e = point_element[p]
+        q0, q1, q2 = q[elements[e, 0]], q[elements[e, 1]], q[elements[e, 2]]
+        constant = q0 == q1 and q1 == q2
+        if constant and not (loaded and q0 > 0.0):
+            continue
+        qx = qy = 0.0
+        for a in range(k):
+            qx += q[elements[e, a]] * gradients[p, a, 0]
+            qy += q[elements[e, a]] * gradients[p, a, 1]
+        w1, w2 = t1 * qx + t2 * qy, -t2 * qx + t1 * qy
+        h = displacement_gradient[p]
+        # First columns of grad u and then the stress, turned into the frame of the tip.
+        ux1 = h[0, 0] * t1 + h[0, 1] * t2
+        uy1 = h[1, 0] * t1 + h[1, 1] * t2
+        u11 = t1 * ux1 + t2 * uy1
+        u21 = -t2 * ux1 + t1 * uy1
+        sxx, syy, sxy = stress[p, 0], stress[p, 1], stress[p, 2]
+        s11 = t1 * t1 * sxx + 2.0 * t1 * t2 * sxy + t2 * t2 * syy
+        s22 = t2 * t2 * sxx - 2.0 * t1 * t2 * sxy + t1 * t1 * syy
+        s12 = t1 * t2 * (syy - sxx) + (t1 * t1 - t2 * t2) * sxy
+        dx, dy = position[p, 0] - tip[0], position[p, 1] - tip[1]
+        x1, x2 = t1 * dx + t2 * dy, -t2 * dx + t1 * dy
+        r, theta = math.hypot(x1, x2), math.atan2(x2, x1)
+        for mode in range(3):
+            a11, a12, a21, a22 = auxiliary_gradient(mode, r, theta, lam, mu)
+            trace = lam * (a11 + a22)
+            z11 = trace + 2.0 * mu * a11
+            z22 = trace + 2.0 * mu * a22
+            z12 = mu * (a12 + a21)
+            mutual = s11 * a11 + s22 * a22 + s12 * (a12 + a21)
+            value = (s11 * a11 + s12 * a21 + z11 * u11 + z12 * u21 - mutual) * w1
+            value += (s12 * a11 + s22 * a21 + z12 * u11 + z22 * u21) * w2
+            if loaded:
+                corner = nodes[elements[e, 0]]
+                q_here = q0 + qx * (position[p, 0] - corner[0]) + qy * (position[p, 1] - corner[1])
+                value -= (b1 * a11 + b2 * a21) * q_here
+            result[mode] += value * volume[p]
+    return result

@@ -1,0 +1,42 @@
+"""Materials of the plane problem."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cfmpm.grid import Floats
+from cfmpm.scene.model import Scene
+
+
+def lame_constants(scene: Scene, region_names: tuple[str, ...]) -> Floats:
+    """Return Lame's constants of each region for the plane problem.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    region_names : tuple of str
+        ``"body"`` first.
+
+    Returns
+    -------
+    (q, 2) float
+        lambda and mu [MPa]. In plane stress lambda is 2 lambda mu / (lambda + 2 mu), with which
+        the law of plane strain gives the stresses of plane stress (Timoshenko and Goodier, 1970,
+        section 16).
+    """
+    source = scene.geometry or scene.mesh_file
+    assert source is not None
+    materials = {region.name: region.material for region in source.regions}
+    rows = []
+    for name in region_names:
+        material = materials.get(name, scene.material)
+        mu = material.E / (2.0 * (1.0 + material.nu))
+        lam = material.E * material.nu / ((1.0 + material.nu) * (1.0 - 2.0 * material.nu))
+        rows.append((2.0 * lam * mu / (lam + 2.0 * mu) if scene.plane == "stress" else lam, mu))
+    return np.array(rows)
+
+
+def plane_modulus(lam: float, mu: float) -> float:
+    """Return E' of G = (K_I^2 + K_II^2) / E' [MPa]: E / (1 - nu^2), or E in plane stress."""
+    return 4.0 * mu * (lam + mu) / (lam + 2.0 * mu)

@@ -1,0 +1,225 @@
+"""The history of a run as one labelled dataset, and its safe writing to netCDF."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from cfmpm.scene import config_hash, effective_config
+from cfmpm.scene.model import Scene
+
+TIP_STATUS = ("growing", "stopped", "arrived_boundary", "arrived_hole", "arrived_crack")
+
+_STEP, _TIP, _RADIUS = ("step",), ("step", "tip"), ("step", "tip", "radius")
+_STRESS_INTENSITY = "MPa mm0.5"
+# Name: dimensions, units, long name.
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "tip_x": (_TIP, "mm", "position of the crack tip"),
+    "tip_y": (_TIP, "mm", "position of the crack tip"),
+    "crack_length": (_TIP, "mm", "length of the crack line that ends in the tip"),
+    "tip_status": (_TIP, "1", "what the tip does"),
+    "cf_x": (_TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
+    "cf_y": (_TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
+    "cf_norm": (_TIP, "N mm-1", "norm of the configurational force on the largest domain"),
+    "cf_angle": (_TIP, "degree", "angle of the configurational force from the crack tangent"),
+    "cf_tip_x": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
+    "cf_tip_y": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
+    "J": (_TIP, "N mm-1", "domain integral along the crack tangent, largest ring"),
+    "G": (_TIP, "N mm-1", "energy release rate from K_I and K_II, largest ring"),
+    "K_I": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest ring"),
+    "K_II": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest ring"),
+    "T_stress": (_TIP, "MPa", "T-stress, largest ring"),
+    "kink_angle": (_TIP, "degree", "angle of largest hoop stress from the crack tangent"),
+    "critical_load_factor": (_TIP, "1", "load factor at which G reaches g_c"),
+    "domain_radius": (_RADIUS, "mm", "radius of the domain, as used"),
+    "J_radius": (_RADIUS, "N mm-1", "domain integral along the crack tangent"),
+    "G_radius": (_RADIUS, "N mm-1", "energy release rate from K_I and K_II"),
+    "K_I_radius": (_RADIUS, _STRESS_INTENSITY, "stress intensity factor of mode I"),
+    "K_II_radius": (_RADIUS, _STRESS_INTENSITY, "stress intensity factor of mode II"),
+    "T_stress_radius": (_RADIUS, "MPa", "T-stress"),
+    "cf_norm_radius": (_RADIUS, "N mm-1", "norm of the configurational force on the domain"),
+    "cf_angle_radius": (_RADIUS, "degree", "angle of the configurational force, from the tangent"),
+    "strain_energy": (_STEP, "N", "strain energy per mm of thickness (N mm/mm)"),
+    "external_work": (_STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
+    "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
+    "newton_iterations": (_STEP, "1", "Newton iterations; 0 for a linear solve"),
+    "residual_norm": (_STEP, "1", "largest unbalanced force over the largest nodal force"),
+    "negative_pivots": (_STEP, "1", "negative pivots of the stiffness"),
+    "unstable_points": (_STEP, "1", "material points that lost ellipticity"),
+    "n_points": (_STEP, "1", "material points"),
+    "n_nodes": (_STEP, "1", "nodes of the background grid"),
+    "n_unknowns": (_STEP, "1", "free degrees of freedom"),
+    "reaction_x": (("step", "boundary"), "N mm-1", "force on the loaded part"),
+    "reaction_y": (("step", "boundary"), "N mm-1", "force on the loaded part"),
+    "displacement_x": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
+    "displacement_y": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
+    "wall_time": (("step", "phase"), "s", "wall time"),
+}
+# Quantities whose largest difference over the radii is stated as their spread.
+SPREAD = ("J", "G", "K_I", "K_II", "T_stress", "cf_norm", "cf_angle")
+
+
+@dataclass
+class StepRecord:
+    """What one step adds to the history; every key of `values` is one of `VARIABLES`.
+
+    Attributes
+    ----------
+    load_factor : float
+    values : mapping of str to float or array
+        Without the step dimension: scalars, (tip,), (tip, radius), (boundary,).
+    seconds : mapping of str to float
+        Wall time of each phase [s].
+    """
+
+    load_factor: float
+    values: Mapping[str, Any]
+    seconds: Mapping[str, float]
+
+
+def build_history(
+    scene: Scene,
+    records: Sequence[StepRecord],
+    *,
+    tips: Sequence[str],
+    radii: Sequence[float],
+    boundaries: Sequence[str],
+    notes: Mapping[str, Any],
+) -> xr.Dataset:
+    """Gather the steps of a run into one dataset.
+
+    Parameters
+    ----------
+    scene : Scene
+        As the user wrote it; its effective configuration goes into the attributes.
+    records : sequence of StepRecord
+    tips, boundaries : sequence of str
+    radii : sequence of float
+        Nominal domain radii [mm].
+    notes : mapping
+        Further attributes: text, numbers, or sequences of text.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions step, tip, radius, boundary and phase; what a run did not compute is nan.
+    """
+    phases = list(dict.fromkeys(phase for record in records for phase in record.seconds))
+    sizes = {
+        "step": len(records),
+        "tip": len(tips),
+        "radius": len(radii),
+        "boundary": len(boundaries),
+        "phase": len(phases),
+    }
+    data: dict[str, Any] = {}
+    for name, (dims, units, long_name) in VARIABLES.items():
+        values = np.full([sizes[d] for d in dims], np.nan)
+        for i, record in enumerate(records):
+            if name == "wall_time":
+                values[i] = [record.seconds.get(phase, 0.0) for phase in phases]
+            elif name in record.values:
+                values[i] = record.values[name]
+        attributes: dict[str, Any] = {"units": units, "long_name": long_name}
+        if name == "tip_status":
+            values = np.where(np.isnan(values), 1, values).astype(np.int8)
+            attributes["flag_values"] = np.arange(len(TIP_STATUS), dtype=np.int8)
+            attributes["flag_meanings"] = " ".join(TIP_STATUS)
+        data[name] = (dims, values, attributes)
+    for name in SPREAD:
+        values = data[f"{name}_radius"][1]
+        spread = np.ptp(values, axis=2) if len(radii) > 1 else np.full(values.shape[:2], np.nan)
+        data[f"{name}_spread"] = (
+            _TIP,
+            spread,
+            {
+                "units": VARIABLES[name][1],
+                "long_name": f"largest less smallest {name} over the radii: its uncertainty as "
+                "far as the domain goes; the error of the grid comes on top",
+            },
+        )
+    coords = {
+        "step": ("step", np.arange(1, len(records) + 1), {"long_name": "load or growth step"}),
+        "load_factor": (
+            "step",
+            np.array([record.load_factor for record in records]),
+            {"units": "1", "long_name": "factor on all loads of the scene"},
+        ),
+        "tip": ("tip", np.array(tips, dtype=object), {"long_name": "crack tip"}),
+        "radius": ("radius", np.array(radii), {"units": "mm", "long_name": "domain radius"}),
+        "boundary": ("boundary", np.array(boundaries, object), {"long_name": "loaded part"}),
+        "phase": ("phase", np.array(phases, object), {"long_name": "part of the run"}),
+    }
+    return xr.Dataset(data, coords, {**_provenance(scene), **notes})
+
+
+def _provenance(scene: Scene) -> dict[str, Any]:
+    """Global attributes after CF and ACDD, and what is needed to run the scene again."""
+    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    now = datetime.fromtimestamp(float(epoch) if epoch else time.time(), UTC)
+    stamp = now.strftime("%Y-%m-%dT%H:%M:%SZ")
+    return {
+        "Conventions": "CF-1.11, ACDD-1.3",
+        "title": scene.name,
+        "summary": scene.description or f"Crack tips of scene {scene.name}",
+        "source": f"cfmpm {version('cfmpm')}",
+        "references": "Zhou et al., Theor. Appl. Fract. Mech. 117 (2022) 103186",
+        "keywords": "fracture mechanics, material point method, configurational force",
+        "history": f"{stamp} cfmpm run",
+        "date_created": stamp,
+        "config": json.dumps(effective_config(scene), sort_keys=True),
+        "config_hash": config_hash(scene),
+        "versions": json.dumps(
+            {"python": platform.python_version(), **{name: version(name) for name in packages}}
+        ),
+    }
+
+
+def write_dataset(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset to netCDF aside and rename it, so that no half file is ever seen.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+    path : Path
+        Its folder is made if needed.
+
+    Raises
+    ------
+    OSError
+        Where the folder cannot be written; `path` is then untouched.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    os.close(handle)
+    aside = Path(name)
+    try:
+        # Coordinates have no missing values; NaN marks them everywhere else.
+        encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
+        dataset.to_netcdf(aside, engine="netcdf4", encoding=encoding)
+        with aside.open("rb+") as file:
+            os.fsync(file.fileno())
+        aside.chmod(0o666 & ~_umask())
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
