@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -30,3 +32,18 @@ class SceneError(ValueError):
 
 class SolveError(RuntimeError):
     """A solve failed; says which step, what was tried and what to change. Exit status 1."""
+
+
+def did_you_mean(word: object, known: Iterable[str]) -> str:
+    """What to add to "unknown ...": the nearest known word, if any is near, and all of them."""
+    known = list(known)
+    if not known:
+        return "; there are none"
+    folded = {name.casefold(): name for name in reversed(known)}
+    close = difflib.get_close_matches(str(word).casefold(), folded, n=1)
+    guess = f"; did you mean {folded[close[0]]}?" if close else ""
+    return f"{guess or ';'} known: {', '.join(known)}"
+
+
+class MeshError(RuntimeError):
+    """No grid could be made; says what to change. Exit status 1."""
