@@ -1,0 +1,212 @@
+"""The body of a scene as a triangulation with names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from shapely import Point, Polygon
+
+from cfmpm.errors import MeshError
+from cfmpm.grid import Floats, Ints, Triangulation
+from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_areas
+from cfmpm.meshing.session import gmsh_session
+from cfmpm.meshing.sizes import GROWTH, mesh_size, resolved_grading
+from cfmpm.scene.geometry import body_size, geometry_of, shape_of, snap, tip_points
+from cfmpm.scene.model import Crack, Geometry, Scene
+from cfmpm.scene.shapes import XY, Side, arc_centre, ring, sides_of
+
+# In the unit frame; OpenCASCADE takes points nearer than 1e-7 for one.
+TOLERANCE = 1e-6
+ELEMENTS_PER_TURN = 24
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The unit frame: shifted and scaled so that the body has size one about the origin.
+
+    OpenCASCADE and gmsh have absolute tolerances, and lose digits far from the origin.
+    """
+
+    centre: XY
+    scale: float
+
+    def point(self, at: XY) -> XY:
+        """Return a point [mm] in the unit frame."""
+        return (at[0] - self.centre[0]) / self.scale, (at[1] - self.centre[1]) / self.scale
+
+    def side(self, side: Side) -> Side:
+        """Return a side [mm] in the unit frame."""
+        through = None if side.through is None else self.point(side.through)
+        return Side(self.point(side.start), self.point(side.end), through)
+
+    def back(self, points: Floats) -> Floats:
+        """Return points of the unit frame, (n, 2), in mm."""
+        return points * self.scale + np.array(self.centre)
+
+
+def triangulate(scene: Scene) -> Triangulation:
+    """Triangulate the body of a scene; the same scene always gives the same arrays.
+
+    Parameters
+    ----------
+    scene : Scene
+        One that has passed the checks.
+
+    Returns
+    -------
+    Triangulation
+        Coordinates in mm. Corners, crack ends and load points have exactly the coordinates of the
+        scene (where :func:`cfmpm.scene.snap` puts them).
+
+    Raises
+    ------
+    MeshError
+        If gmsh cannot be loaded or cannot mesh the body.
+    """
+    scene = snap(scene)
+    geometry = geometry_of(scene)
+    x_min, y_min, x_max, y_max = Polygon(ring(sides_of(geometry.outline))).bounds
+    frame = Frame(((x_min + x_max) / 2, (y_min + y_max) / 2), body_size(geometry))
+    size = mesh_size(scene)
+    assert size is not None
+    with gmsh_session() as gmsh:
+        raw = mesh_drawing(
+            gmsh, _drawing(scene, frame), size / frame.scale, _seeds(scene, size, frame)
+        )
+    return _named(scene, frame, raw)
+
+
+def _drawing(scene: Scene, frame: Frame) -> Drawing:
+    geometry = geometry_of(scene)
+
+    def drawn(sides: Iterable[Side]) -> list[Side]:
+        return [frame.side(side) for side in sides]
+
+    return Drawing(
+        [drawn(sides_of(shape)) for shape in (geometry.outline, *map(shape_of, geometry.holes))],
+        [drawn(sides_of(shape_of(region))) for region in geometry.regions],
+        [side for crack in geometry.cracks for side in drawn(_segments(crack))],
+        [frame.point(load.point) for load in scene.loads if load.point is not None],
+    )
+
+
+def _segments(crack: Crack) -> list[Side]:
+    return [Side(a, b) for a, b in pairwise(crack.points)]
+
+
+def _seeds(scene: Scene, size: float, frame: Frame) -> list[Seeds]:
+    """Where elements are smaller than `size`: at crack tips and along arcs."""
+    geometry, grading = geometry_of(scene), resolved_grading(scene)
+    tips = [frame.point(point) for _, _, point in tip_points(scene)]
+    seeds = []
+    if grading and tips:
+        seeds.append(Seeds(np.array(tips), grading.tip_size / frame.scale, grading.growth))
+    inner = [shape_of(part) for part in (*geometry.holes, *geometry.regions)]
+    for shape in (geometry.outline, *inner):
+        for side in sides_of(shape):
+            if side.through is None:
+                continue
+            radius = math.dist(arc_centre(side.start, side.through, side.end), side.start)
+            arc_size = math.tau * radius / ELEMENTS_PER_TURN
+            if arc_size < size:
+                along = [frame.point(point) for point in [*side.points()[::10], side.end]]
+                seeds.append(Seeds(np.array(along), arc_size / frame.scale, GROWTH))
+    return seeds
+
+
+def _named(scene: Scene, frame: Frame, raw: Raw) -> Triangulation:
+    """Find the scene's names in a mesh of its drawing, and its exact coordinates."""
+    geometry = geometry_of(scene)
+    nodes = frame.back(raw.nodes)
+
+    def on(side: Side) -> Ints:
+        """Node pairs on a side; straight sides get their nodes exactly onto them."""
+        drawn = frame.side(side)
+        pairs = _pairs_on(drawn, raw)
+        if side.through is None:
+            here = np.unique(pairs)
+            along = _along(drawn, raw.nodes[here])[:, None]
+            nodes[here] = np.array(side.start) + along * np.subtract(side.end, side.start)
+        return pairs
+
+    edges: dict[str, list[Ints]] = {}
+    for corner, side in zip(geometry.outline, sides_of(geometry.outline), strict=True):
+        edges.setdefault(str(corner.edge), []).append(on(side))
+    for hole in geometry.holes:
+        edges[str(hole.name)] = [on(side) for side in sides_of(shape_of(hole))]
+    cracks = {}
+    for crack in geometry.cracks:
+        parts = []
+        for side in _segments(crack):
+            here = np.unique(on(side))
+            order = here[np.argsort(_along(frame.side(side), raw.nodes[here]))]
+            parts.append(np.column_stack([order[:-1], order[1:]]))
+        cracks[str(crack.name)] = np.concatenate(parts)
+
+    points = {str(load.name): load.point for load in scene.loads if load.point is not None}
+    exact = [
+        *(point for crack in geometry.cracks for point in crack.points),
+        *points.values(),
+        *(side.start for shape in map(shape_of, geometry.holes) for side in sides_of(shape)),
+        *(corner.at for corner in geometry.outline),
+    ]
+    for point in exact:
+        nodes[_node_at(frame.point(point), raw)] = point
+
+    if signed_areas(nodes, raw.triangles).min() <= 0:
+        raise MeshError("the grid has triangles without area: look for lines that nearly touch")
+    return Triangulation(
+        nodes,
+        raw.triangles,
+        _regions(geometry, frame, raw),
+        ("body", *(region.name for region in geometry.regions)),
+        {name: np.concatenate(pairs) for name, pairs in edges.items()},
+        cracks,
+        {name: _node_at(frame.point(point), raw) for name, point in points.items()},
+    )
+
+
+def _pairs_on(side: Side, raw: Raw) -> Ints:
+    """Node pairs of the curves that lie on a side; gmsh's own record of them has gaps."""
+    pairs = [
+        pairs
+        for curve, pairs in raw.curves
+        if all(math.dist(side.nearest((x, y)), (x, y)) <= TOLERANCE for x, y in curve.tolist())
+    ]
+    if not pairs or min(part.min() for part in pairs) < 0:
+        raise MeshError("the grid does not follow all edges and cracks: do they leave the body?")
+    return np.concatenate(pairs)
+
+
+def _along(side: Side, points: Floats) -> Floats:
+    """Where points (n, 2) lie along a straight side: 0 at its start, 1 at its end."""
+    direction = np.subtract(side.end, side.start)
+    return (points - np.array(side.start)) @ direction / (direction @ direction)
+
+
+def _node_at(point: XY, raw: Raw) -> int:
+    distance = np.linalg.norm(raw.nodes[raw.vertices] - np.array(point), axis=1)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] > TOLERANCE:
+        raise MeshError("the grid has no node at a corner, crack or load point: is it outside?")
+    return int(raw.vertices[nearest])
+
+
+def _regions(geometry: Geometry, frame: Frame, raw: Raw) -> Ints:
+    """The region of each triangle; where regions overlap the last one counts."""
+    index = np.zeros(raw.surfaces.max() + 1, dtype=np.int64)
+    areas = signed_areas(raw.nodes, raw.triangles)
+    polygons = [Polygon(ring(sides_of(shape_of(region)))) for region in geometry.regions]
+    if polygons:
+        for surface in range(len(index)):
+            # The largest triangle, since the chords of a small one may leave an arc.
+            largest = np.argmax(np.where(raw.surfaces == surface, areas, 0))
+            inside = Point(frame.back(raw.nodes[raw.triangles[largest]].mean(axis=0)))
+            for i, polygon in enumerate(polygons, 1):
+                if polygon.contains(inside):
+                    index[surface] = i
+    return index[raw.surfaces]

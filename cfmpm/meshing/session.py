@@ -1,0 +1,52 @@
+"""Loading, starting and stopping gmsh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
+
+from cfmpm.errors import MeshError
+
+# What the gmsh wheel links to beyond a bare Debian or Ubuntu with Python.
+SYSTEM_PACKAGES = (
+    "libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxext6 libxft2 libfontconfig1 "
+    "libxinerama1 libx11-6 libgomp1"
+)
+
+OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,
+    "Mesh.RandomSeed": 1,
+    "Mesh.Renumber": 0,
+    # The size fields alone decide.
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.MeshSizeMin": 0,
+}
+
+
+@contextmanager
+def gmsh_session() -> Iterator[ModuleType]:
+    """Yield gmsh, started silently on one thread, and stop it in the end.
+
+    Raises
+    ------
+    MeshError
+        If gmsh cannot be loaded or fails.
+    """
+    try:
+        import gmsh
+    except OSError as error:
+        raise MeshError(
+            f"gmsh cannot be loaded: {error}; on Debian or Ubuntu: apt-get install "
+            + SYSTEM_PACKAGES
+        ) from error
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        for option, value in OPTIONS.items():
+            gmsh.option.setNumber(option, value)
+        yield gmsh
+    finally:
+        gmsh.finalize()
