@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
@@ -104,7 +104,7 @@ class Engine(Protocol):
         """Analyse the pattern of `K`."""
 
     def factor(self, K: csr_array) -> None:
-        """Take the values of `K`; raise `NotPositiveDefiniteError` where a pivot is not positive."""
+        """Take the values of `K`; raise `NotPositiveDefiniteError` on a bad pivot."""
 
     def solve(self, b: Floats) -> tuple[Floats, tuple[float, ...]]:
         """Return the solution and, from an iterative solver, the history of its residual."""
@@ -262,8 +262,12 @@ class Cholmod:
 
     def factor(self, K: csr_array) -> None:
         self._values.V = self._base.matrix(K.data[self._half])
-        try:
+        # kvxopt 1.3 reads the status before it factors: an error raised by `numeric` is about the
+        # matrix before this one. `solve` knows, and without a right hand side it only looks.
+        with suppress(ArithmeticError):
             self._cholmod.numeric(self._values, self._factor)
+        try:
+            self._cholmod.solve(self._factor, self._base.matrix(0.0), nrhs=0)
         except ArithmeticError as failure:
             raise NotPositiveDefiniteError("Cholesky met a pivot that is not positive") from failure
 
