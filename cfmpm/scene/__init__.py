@@ -1,7 +1,20 @@
 """Scenes: the validated description of what is to be solved."""
 
+from cfmpm.scene.document import parse_override
 from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import body_polygon, snap, tip_points
 from cfmpm.scene.model import Scene
+from cfmpm.scene.reading import config_hash, effective_config, load_scene, scene_from_dict
 
-__all__ = ["Scene", "body_polygon", "expand", "snap", "tip_points"]
+__all__ = [
+    "Scene",
+    "body_polygon",
+    "config_hash",
+    "effective_config",
+    "expand",
+    "load_scene",
+    "parse_override",
+    "scene_from_dict",
+    "snap",
+    "tip_points",
+]

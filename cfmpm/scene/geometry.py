@@ -6,9 +6,12 @@ All functions take a scene with a geometry or a family; a mesh file has to be me
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
 
-from shapely import Polygon
+from shapely import LineString, Polygon, unary_union
+from shapely.geometry.base import BaseGeometry
 
 from cfmpm.scene.families import expand
 from cfmpm.scene.model import Circle, Geometry, Hole, Region, Scene, Vertex
@@ -16,22 +19,101 @@ from cfmpm.scene.shapes import XY, Side, ring, sides_of
 
 # Relative to the size of the body. Coordinates are typed with some seven digits, so that a crack
 # end nearer to the boundary than ON was meant to lie on it, and is put there. Between ON and CLEAR
-# nobody can say what was meant, and no grid could resolve it: the checks refuse it.
+# nobody can say what was meant, and no grid could resolve it: the rules refuse it.
 ON = 1e-6
 CLEAR = 1e-4
 
 
-def body_polygon(scene: Scene) -> Polygon:
-    """The body without its holes, arcs as chords that are off by at most 1e-5 radii [mm]."""
-    geometry = geometry_of(scene)
-    holes = [ring(sides_of(shape_of(hole))) for hole in geometry.holes]
-    return Polygon(ring(sides_of(geometry.outline)), holes)
+@dataclass(frozen=True)
+class Body:
+    """A geometry with all names, whose closed lines are sound.
+
+    The polygons have chords in place of arcs, off by at most 1e-5 radii; distances to the boundary
+    are exact.
+    """
+
+    geometry: Geometry
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """The body of a scene with a geometry or a family."""
+        return cls(geometry_of(scene))
+
+    @cached_property
+    def outline(self) -> Polygon:
+        """What the outline encloses, holes included."""
+        return polygon_of(self.geometry.outline)
+
+    @cached_property
+    def holes(self) -> dict[str, Polygon]:
+        """Each hole by its name."""
+        return {str(hole.name): polygon_of(shape_of(hole)) for hole in self.geometry.holes}
+
+    @cached_property
+    def polygon(self) -> BaseGeometry:
+        """The body without its holes."""
+        return self.outline.difference(unary_union(list(self.holes.values())))
+
+    @cached_property
+    def size(self) -> float:
+        """The longer side of the box around the outline [mm]."""
+        return body_size(self.geometry)
+
+    @cached_property
+    def sides(self) -> list[tuple[str, Side]]:
+        """All sides of the boundary with the names of their edges."""
+        outline = self.geometry.outline
+        named = [(str(v.edge), side) for v, side in zip(outline, sides_of(outline), strict=True)]
+        for hole in self.geometry.holes:
+            named += [(str(hole.name), side) for side in sides_of(shape_of(hole))]
+        return named
+
+    @cached_property
+    def cracks(self) -> dict[str, LineString]:
+        """Each crack by its name, its mouths exactly on the boundary."""
+        return {str(c.name): LineString(self.snapped(c.points)) for c in self.geometry.cracks}
+
+    def nearest(self, point: XY) -> tuple[str, XY, float]:
+        """Name of the nearest edge, the nearest point on it, and the distance [mm]."""
+        found = ((name, side.nearest(point)) for name, side in self.sides)
+        name, at, distance = min(
+            ((name, at, math.dist(at, point)) for name, at in found), key=lambda f: f[2]
+        )
+        return name, at, distance
+
+    def is_on_boundary(self, point: XY) -> bool:
+        """Whether a point counts as on the boundary: nearer than `ON` times the size."""
+        return self.nearest(point)[2] <= ON * self.size
+
+    def snap(self, point: XY) -> XY:
+        """Put a point that counts as on the boundary onto it, at a corner if one is as near."""
+        corner = min((side.start for _, side in self.sides), key=lambda at: math.dist(at, point))
+        if math.dist(corner, point) <= ON * self.size:
+            return corner
+        return self.nearest(point)[1] if self.is_on_boundary(point) else point
+
+    def snapped(self, points: list[XY]) -> list[XY]:
+        """The line of a crack with its mouths put onto the boundary."""
+        return [self.snap(points[0]), *points[1:-1], self.snap(points[-1])]
+
+
+def geometry_of(scene: Scene) -> Geometry:
+    """The geometry of a scene with a geometry or a family, with all names."""
+    geometry = expand(scene).geometry
+    if geometry is None:
+        raise ValueError(f"scene {scene.name}: a mesh file has no geometry before it is read")
+    return geometry
 
 
 def body_size(geometry: Geometry) -> float:
     """The longer side of the box around the outline [mm]."""
-    x_min, y_min, x_max, y_max = Polygon(ring(sides_of(geometry.outline))).bounds
+    x_min, y_min, x_max, y_max = polygon_of(geometry.outline).bounds
     return float(max(x_max - x_min, y_max - y_min))
+
+
+def body_polygon(scene: Scene) -> BaseGeometry:
+    """The body without its holes, arcs as chords that are off by at most 1e-5 radii [mm]."""
+    return Body.of(scene).polygon
 
 
 def tip_points(scene: Scene) -> list[tuple[str, int, XY]]:
@@ -43,14 +125,12 @@ def tip_points(scene: Scene) -> list[tuple[str, int, XY]]:
         Name of the crack; 0 for its first point, -1 for its last; coordinates [mm]. An end that
         is nearer to the boundary than `ON` times the size of the body is a mouth and left out.
     """
-    geometry = geometry_of(scene)
-    tolerance = ON * body_size(geometry)
-    sides = list(boundary(geometry))
+    body = Body.of(scene)
     return [
         (str(crack.name), index, crack.points[index])
-        for crack in geometry.cracks
+        for crack in body.geometry.cracks
         for index in (0, -1)
-        if math.dist(nearest(sides, crack.points[index]), crack.points[index]) > tolerance
+        if not body.is_on_boundary(crack.points[index])
     ]
 
 
@@ -60,36 +140,18 @@ def snap(scene: Scene) -> Scene:
     A point within `ON` times the size of the body goes to the nearest corner within that distance,
     or else to the nearest point of a side; any other point stays.
     """
-    scene = expand(scene)
-    geometry = geometry_of(scene)
-    sides = list(boundary(geometry))
-    tolerance = ON * body_size(geometry)
-
-    def put(point: XY) -> XY:
-        on_side = nearest(sides, point)
-        corner = min((side.start for side in sides), key=lambda at: math.dist(at, point))
-        return next((p for p in (corner, on_side) if math.dist(p, point) <= tolerance), point)
-
+    body = Body.of(scene)
     cracks = [
-        crack.model_copy(
-            update={"points": [put(crack.points[0]), *crack.points[1:-1], put(crack.points[-1])]}
-        )
-        for crack in geometry.cracks
+        crack.model_copy(update={"points": body.snapped(crack.points)})
+        for crack in body.geometry.cracks
     ]
+    scene = expand(scene)
     loads = [
-        load if load.point is None else load.model_copy(update={"point": put(load.point)})
+        load if load.point is None else load.model_copy(update={"point": body.snap(load.point)})
         for load in scene.loads
     ]
-    geometry = geometry.model_copy(update={"cracks": cracks})
+    geometry = body.geometry.model_copy(update={"cracks": cracks})
     return scene.model_copy(update={"geometry": geometry, "loads": loads})
-
-
-def geometry_of(scene: Scene) -> Geometry:
-    """The geometry of a scene, with all names."""
-    geometry = expand(scene).geometry
-    if geometry is None:
-        raise ValueError(f"scene {scene.name}: a mesh file has no geometry before it is read")
-    return geometry
 
 
 def shape_of(part: Hole | Region) -> Circle | list[Vertex]:
@@ -97,12 +159,6 @@ def shape_of(part: Hole | Region) -> Circle | list[Vertex]:
     return part.circle or part.polygon or []
 
 
-def boundary(geometry: Geometry) -> Iterator[Side]:
-    """All sides of the outline and the holes."""
-    for shape in (geometry.outline, *map(shape_of, geometry.holes)):
-        yield from sides_of(shape)
-
-
-def nearest(sides: list[Side], point: XY) -> XY:
-    """The point on any of the sides that is nearest to `point` [mm]."""
-    return min((side.nearest(point) for side in sides), key=lambda p: math.dist(p, point))
+def polygon_of(shape: Circle | list[Vertex]) -> Polygon:
+    """What a closed line encloses."""
+    return Polygon(ring(sides_of(shape)))

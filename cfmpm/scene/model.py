@@ -7,6 +7,7 @@ Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is r
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from numbers import Real
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -66,7 +67,11 @@ def _box(value: Any) -> Any:
 
 
 def _vertex(value: Any) -> Any:
-    return {"at": value} if isinstance(value, list | tuple) else value
+    if isinstance(value, list | tuple):
+        return {"at": value}
+    if isinstance(value, Mapping | Vertex):
+        return value
+    raise ValueError("must be two numbers in brackets, or a mapping with at")
 
 
 def _refusal(key: str, reason: str) -> PydanticCustomError:
@@ -349,7 +354,13 @@ class Grading(Model):
 
 
 def _numbers_or_word(value: Any) -> str:
-    return "(numbers)" if isinstance(value, dict | Grading) else "(word)"
+    return "(numbers)" if isinstance(value, Mapping | Grading) else "(word)"
+
+
+def _word(value: Any) -> Any:
+    if value not in ("auto", "uniform"):
+        raise ValueError("must be auto, uniform, or a mapping with tip_size and growth")
+    return value
 
 
 class Mesh(Model):

@@ -11,8 +11,10 @@ from cfmpm.scene.model import Circle, Vertex
 
 XY = tuple[float, float]
 
-# Points on a full circle where a polygon stands for it: the chord leaves the arc by 1e-5 radii.
+# Points on a full circle where a polygon stands for it: the chord leaves the arc by 1e-5 radii,
 POINTS_PER_CIRCLE = 720
+# ... and on a flat arc, whose radius says little about its size.
+POINTS_PER_ARC = 64
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Side:
             return [self.start]
         centre, sweep = self._arc(self.through)
         arm = complex(*self.start) - centre
-        n = max(8, math.ceil(POINTS_PER_CIRCLE * abs(sweep) / math.tau))
+        n = max(POINTS_PER_ARC, math.ceil(POINTS_PER_CIRCLE * abs(sweep) / math.tau))
         turned = [centre + arm * cmath.rect(1, sweep * i / n) for i in range(1, n)]
         return [self.start, *(_xy(z) for z in turned)]
 

@@ -1,0 +1,215 @@
+"""A scene file as plain data that remembers where each key stands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, StringMark, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from cfmpm.errors import Problem, SceneError
+
+Key = tuple[str | int, ...]
+
+# A few aliases of aliases can stand for billions of values; no scene has a million.
+MOST_VALUES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something was written: a line of a file, or an override."""
+
+    file: str
+    line: int | None = None
+    column: int | None = None
+
+
+@dataclass(frozen=True)
+class Document:
+    """Plain data, and the place of each key."""
+
+    data: Any
+    root: Place
+    places: dict[Key, Place] = field(default_factory=dict)
+
+    def error(self, found: Iterable[tuple[Key, str]]) -> SceneError:
+        """The error for all reasons found, in the order in which their keys were written."""
+        problems = []
+        for key, reason in found:
+            # A key that was left out has the place of the nearest key around it.
+            around = (key[:n] for n in range(len(key), 0, -1))
+            place = next((self.places[k] for k in around if k in self.places), self.root)
+            problems.append(Problem(reason, dotted(key), place.file, place.line, place.column))
+        return SceneError(sorted(problems, key=lambda p: (p.line or 0, p.column or 0)))
+
+    def overridden(self, overrides: Mapping[str, Any]) -> Document:
+        """The document with some values replaced; `overrides` maps dotted keys to values."""
+        data, places, problems = self.data, dict(self.places), []
+        for text, value in overrides.items():
+            place = Place(f"override {text}")
+            try:
+                key = parse_key(text)
+                data = _replaced(data, key, value)
+            except LookupError as error:
+                problems.append(Problem(str(error.args[0]), file=place.file))
+                continue
+            places = {k: p for k, p in places.items() if k[: len(key)] != key}
+            places |= {key[:n]: place for n in range(1, len(key)) if key[:n] not in places}
+            places[key] = place
+        if problems:
+            raise SceneError(problems)
+        return Document(data, self.root, places)
+
+
+def dotted(key: Key) -> str:
+    """Write a key as in ``loads[1].displacement.x``."""
+    return "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in key).removeprefix(".")
+
+
+def parse_key(text: str) -> Key:
+    """Read a key such as ``loads[1].displacement.x``; LookupError says what is wrong with it."""
+    part = r"[^.\[\]]+(\[\d{1,9}\])*"
+    if not re.fullmatch(rf"{part}(\.{part})*", text):
+        raise LookupError("not a key such as mesh.size or loads[0].traction")
+    found = re.findall(r"\[(\d+)\]|([^.\[\]]+)", text)
+    return tuple(int(index) if index else name for index, name in found)
+
+
+def parse_override(text: str) -> tuple[str, Any]:
+    """Read ``key=value`` as given on the command line; the value is YAML.
+
+    Examples
+    --------
+    >>> parse_override("fracture.radii=[10, 20]")
+    ('fracture.radii', [10, 20])
+    """
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise SceneError([Problem("not of the form key=value", file=f"override {text}")])
+    return key.strip(), parse_yaml(value, f"override {key.strip()}").data
+
+
+def read_document(path: Path) -> Document:
+    """Read a YAML file; whatever is wrong with it becomes a SceneError."""
+    file = str(path)
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise SceneError([Problem("not text in UTF-8", file=file, line=line)]) from None
+    except (OSError, ValueError) as error:
+        reason = "is a folder, not a scene file" if path.is_dir() else _why_unreadable(error)
+        raise SceneError([Problem(reason, file=file)]) from None
+    document = parse_yaml(text, file)
+    if document.data is None:
+        raise SceneError([Problem("the file is empty", file=file)])
+    return document
+
+
+def parse_yaml(text: str, file: str) -> Document:
+    """Read YAML 1.2; syntax errors and repeated keys become a SceneError."""
+    yaml = YAML(typ="safe", pure=True)
+    try:
+        node = yaml.compose(text)
+        reader = _Reader(yaml, file)
+        data = None if node is None else reader.plain(node, (), ())
+    except RecursionError:
+        raise SceneError([Problem("nested too deeply", file=file)]) from None
+    except YAMLError as error:
+        raise SceneError([_syntax_problem(error, text, file)]) from None
+    if reader.problems:
+        raise SceneError(reader.problems)
+    return Document(data, Place(file, *((1, 1) if node is None else _line(node))), reader.places)
+
+
+class _Reader:
+    """Turns YAML nodes into plain data, collecting places and problems."""
+
+    def __init__(self, yaml: YAML, file: str) -> None:
+        self.yaml = yaml
+        self.file = file
+        self.places: dict[Key, Place] = {}
+        self.problems: list[Problem] = []
+        self.count = 0
+
+    def plain(self, node: Node, key: Key, parents: tuple[Node, ...]) -> Any:
+        self.count += 1
+        if self.count > MOST_VALUES:
+            self._refuse(node, key, f"more than {MOST_VALUES} values")
+            return None
+        if node in parents:
+            self._refuse(node, key, "contains itself")
+            return None
+        parents = (*parents, node)
+        if isinstance(node, SequenceNode):
+            for i, item in enumerate(node.value):
+                self.places[*key, i] = Place(self.file, *_line(item))
+            return [self.plain(item, (*key, i), parents) for i, item in enumerate(node.value)]
+        if isinstance(node, MappingNode):
+            return self._mapping(node, key, parents)
+        try:
+            return self.yaml.constructor.construct_object(node)
+        except ValueError:  # thousands of digits, or a date such as 2024-13-45
+            self._refuse(node, key, "cannot be read; put text in quotes")
+            return None
+
+    def _mapping(self, node: MappingNode, key: Key, parents: tuple[Node, ...]) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        for key_node, value in node.value:
+            if not isinstance(key_node, ScalarNode):
+                self._refuse(key_node, key, "a key must be a word")
+                continue
+            inner = (*key, key_node.value)
+            if key_node.value in data:
+                self._refuse(key_node, inner, "given twice")
+                continue
+            self.places[inner] = Place(self.file, *_line(key_node))
+            data[key_node.value] = self.plain(value, inner, parents)
+        return data
+
+    def _refuse(self, node: Node, key: Key, reason: str) -> None:
+        if self.count <= MOST_VALUES + 1:  # the last of these problems says it all
+            self.problems.append(Problem(reason, dotted(key), self.file, *_line(node)))
+
+
+def _line(node: Node) -> tuple[int, int]:
+    return node.start_mark.line + 1, node.start_mark.column + 1
+
+
+def _replaced(data: Any, key: Key, value: Any) -> Any:
+    """A copy of `data` with one value replaced; mappings on the way are made where missing."""
+    if not key:
+        return value
+    head, rest = key[0], key[1:]
+    if isinstance(head, int):
+        if not isinstance(data, list) or head >= len(data):
+            length = len(data) if isinstance(data, list) else "no"
+            raise LookupError(f"there is no entry [{head}]: {length} entries are given, from [0]")
+        return [*data[:head], _replaced(data[head], rest, value), *data[head + 1 :]]
+    if isinstance(data, list):
+        raise LookupError(f"{head} is looked for in a list; give an entry, such as [0]")
+    inner = dict(data) if isinstance(data, Mapping) else {}
+    return inner | {head: _replaced(inner.get(head), rest, value)}
+
+
+def _why_unreadable(error: Exception) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "no such file"
+    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
+
+
+def _syntax_problem(error: YAMLError, text: str, file: str) -> Problem:
+    if not isinstance(error, MarkedYAMLError):  # a control character
+        line = text[: getattr(error, "position", 0)].count("\n") + 1
+        return Problem("not valid YAML: a character that is not text", file=file, line=line)
+    said = " ".join(p for p in (error.context, error.problem) if p)
+    if "\\t" in said:
+        said = "a tab; indent with spaces"
+    mark: StringMark | None = error.problem_mark or error.context_mark
+    where = (mark.line + 1, mark.column + 1) if mark else (None, None)
+    return Problem(f"not valid YAML: {said}", "", file, *where)

@@ -1,0 +1,91 @@
+"""From a file or a dictionary to a checked scene, and back to plain data."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from cfmpm.scene.document import Document, Place, parse_key, read_document
+from cfmpm.scene.model import Scene
+from cfmpm.scene.rules import broken_rules
+from cfmpm.scene.wording import refusals, shown
+
+
+def load_scene(path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
+    """Read and check a scene file.
+
+    Parameters
+    ----------
+    path
+        A YAML file; units are mm, N, MPa, N/mm.
+    overrides
+        Values that replace those of the file, by dotted key: ``{"loads[0].traction": [0, 5]}``.
+        For ``key=value`` from a command line see :func:`cfmpm.scene.parse_override`.
+
+    Raises
+    ------
+    SceneError
+        With every problem found, each with line and key.
+    """
+    document = read_document(Path(path)).overridden(overrides or {})
+    return _checked(document, Path(path).parent)
+
+
+def scene_from_dict(
+    data: Mapping[str, Any],
+    source: str = "<dict>",
+    overrides: Mapping[str, Any] | None = None,
+) -> Scene:
+    """Check a scene given as nested dictionaries and lists.
+
+    Parameters
+    ----------
+    data
+        What a scene file would hold; the path of a mesh file is relative to the working directory.
+    source
+        What to call the data in problems.
+    overrides
+        As for :func:`load_scene`.
+
+    Raises
+    ------
+    SceneError
+        With every problem found, each with its key.
+    """
+    return _checked(Document(data, Place(source)).overridden(overrides or {}), Path())
+
+
+def effective_config(scene: Scene) -> dict[str, Any]:
+    """The scene as plain data with all defaults; `scene_from_dict` makes an equal scene of it."""
+    return scene.model_dump(mode="json", exclude_none=True)
+
+
+def config_hash(scene: Scene) -> str:
+    """SHA-256 of the effective config: equal scenes have equal hashes."""
+    config = json.dumps(effective_config(scene), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(config.encode()).hexdigest()
+
+
+def _checked(document: Document, folder: Path) -> Scene:
+    data = document.data
+    if not isinstance(data, Mapping):
+        reason = f"must be a mapping with keys such as name and material; got {shown(data)}"
+        raise document.error([((), reason)])
+    try:
+        scene = Scene.model_validate(data)
+    except ValidationError as error:
+        raise document.error(refusals(error, data).items()) from None
+    if scene.mesh_file is not None:
+        file = os.path.abspath(folder / scene.mesh_file.file)
+        mesh_file = scene.mesh_file.model_copy(update={"file": file})
+        scene = scene.model_copy(update={"mesh_file": mesh_file})
+    found = [(parse_key(key), reason) for key, reason in broken_rules(scene)]
+    if found:
+        raise document.error(found)
+    return scene

@@ -1,0 +1,129 @@
+"""What a scene must fulfil beyond the types of its fields: all rules in the order of checking."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Sequence
+from itertools import chain
+
+from cfmpm.scene.families import expand, key_as_written
+from cfmpm.scene.geometry import Body, tip_points
+from cfmpm.scene.model import Geometry, Grading, MeshFile, Scene
+from cfmpm.scene.rules_body import broken_lines, misplaced_holes, misplaced_regions
+from cfmpm.scene.rules_crack import misplaced_cracks
+from cfmpm.scene.rules_load import contradictions, misplaced_loads, unknown_edges
+
+Finding = tuple[str, str]
+
+# A triangulation beyond this does not fit into the memory of one machine.
+MOST_TRIANGLES = 2e7
+
+
+def broken_rules(scene: Scene) -> list[Finding]:
+    """Every rule that a valid scene model breaks, as (dotted key, reason).
+
+    Distances are judged relative to the size of the body: nearer than 1e-6 is on, nearer than 1e-4
+    is neither on nor clear, and refused.
+    """
+    if scene.mesh_file is not None:
+        return [*_mesh_file(scene.mesh_file), *_names_of_loads(scene), *contradictions(scene)]
+    whole = expand(scene)
+    geometry = whole.geometry
+    assert geometry is not None
+    found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
+    found += contradictions(whole)
+    broken = list(broken_lines(geometry))
+    found += broken
+    if not broken:  # lines that are no lines have no inside
+        body = Body.of(whole)
+        found += chain(
+            misplaced_holes(body),
+            misplaced_regions(body),
+            misplaced_cracks(body),
+            misplaced_loads(whole, body),
+            _sizes(whole, body),
+        )
+    return [(key_as_written(scene, key), reason) for key, reason in found]
+
+
+def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
+    if not mesh_file.file.endswith(".msh"):
+        yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
+    elif not os.path.isfile(mesh_file.file):
+        yield "mesh_file.file", f"no such file: {mesh_file.file}"
+    yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
+    yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
+    for i, region in enumerate(mesh_file.regions):
+        if region.circle or region.polygon:
+            yield f"mesh_file.regions[{i}]", "takes its shape from the mesh file"
+
+
+def _names(geometry: Geometry) -> Iterator[Finding]:
+    edges = [str(corner.edge) for corner in geometry.outline]
+    # A name begins where the side before has another one; sides in a row may share it.
+    begins = [i for i, edge in enumerate(edges) if edge != edges[i - 1]]
+    first = {edges[i]: i for i in reversed(begins)}
+    for i in begins:
+        if first[edges[i]] != i:
+            yield (
+                f"geometry.outline[{i}].edge",
+                f"{edges[i]} is the name of side {first[edges[i]] + 1} too; only sides that follow "
+                "each other may share a name",
+            )
+    holes = [str(hole.name) for hole in geometry.holes]
+    for i, name in enumerate(holes):
+        if name in edges:
+            yield f"geometry.holes[{i}].name", f"{name} is the name of an edge of the outline too"
+    yield from _repeated("geometry.holes[{}].name", holes)
+    yield from _repeated("geometry.cracks[{}].name", [str(c.name) for c in geometry.cracks])
+    regions = ["body", *(region.name for region in geometry.regions)]
+    for key, reason in _repeated("{}", regions):
+        yield f"geometry.regions[{int(key) - 1}].name", reason
+
+
+def _names_of_loads(scene: Scene) -> Iterator[Finding]:
+    yield from _repeated("loads[{}].name", [load.name for load in scene.loads])
+
+
+def _repeated(key: str, names: Sequence[str | None]) -> Iterator[Finding]:
+    for i, name in enumerate(names):
+        if name is not None and name in names[:i]:
+            yield key.format(i), f"{name} is a name already in use"
+
+
+def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
+    x_min, y_min, x_max, y_max = body.outline.bounds
+    width = min(x_max - x_min, y_max - y_min)
+    mesh = scene.mesh
+    sizes = {} if mesh.size is None else {"mesh.size": mesh.size}
+    if isinstance(mesh.grading, Grading):
+        sizes["mesh.grading.tip_size"] = mesh.grading.tip_size
+    for key, size in sizes.items():
+        if size > width:
+            yield key, f"{size:g} is larger than the body, which is {width:g} wide"
+    triangles = _triangles(scene, body)
+    if triangles > MOST_TRIANGLES:
+        key = "mesh.grading" if mesh.size is None else "mesh.size"
+        yield key, f"would make about {triangles:.0e} triangles; the limit is {MOST_TRIANGLES:.0e}"
+    if isinstance(scene.fracture.radii, list):
+        for i, radius in enumerate(scene.fracture.radii):
+            if radius > body.size:
+                yield f"fracture.radii[{i}]", f"{radius:g} is larger than the body, {body.size:g}"
+
+
+def _triangles(scene: Scene, body: Body) -> float:
+    """A rough count: equilateral triangles of the given size, and those that grade to the tips."""
+    size, grading = scene.mesh.size, scene.mesh.grading
+    coarse = 0.0 if size is None else _over(body.polygon.area, size)
+    if not isinstance(grading, Grading):
+        return coarse
+    tips = len(tip_points(scene))
+    # The integral of 2 pi r / (area of a triangle of size tip_size + growth r) dr.
+    reach = math.log1p((size or body.size) / grading.tip_size)
+    fine = _over(math.tau * reach, grading.growth)
+    return coarse + min(tips * fine, _over(body.polygon.area, grading.tip_size))
+
+
+def _over(area: float, size: float) -> float:
+    return (math.sqrt(area / 0.433) / size) * (math.sqrt(area / 0.433) / size)

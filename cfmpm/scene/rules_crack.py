@@ -1,0 +1,130 @@
+"""Rules for cracks: inside the body, apart from each other, and leaving it in one piece."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import shapely
+from shapely import LineString, Point
+
+from cfmpm.scene.geometry import CLEAR, ON, Body
+from cfmpm.scene.model import Crack
+from cfmpm.scene.rules_body import at
+from cfmpm.scene.shapes import XY
+
+Finding = tuple[str, str]
+
+# A crack may leave the boundary at an angle of no less than some three degrees.
+LONGEST_NEAR_MOUTH = 20 * CLEAR
+
+
+def misplaced_cracks(body: Body) -> Iterator[Finding]:
+    """Cracks that are no lines, leave the body, cross, or cut it in two."""
+    sound = []
+    for i, crack in enumerate(body.geometry.cracks):
+        key = f"geometry.cracks[{i}]"
+        findings = list(_line(key, crack, body))
+        if not findings:
+            findings = list(_inside(key, crack, body))
+        if not findings:
+            sound.append((key, crack))
+        yield from findings
+    yield from _crossings(sound, body)
+    yield from _cuts(sound, body)
+
+
+def _line(key: str, crack: Crack, body: Body) -> Iterator[Finding]:
+    repeated = [
+        i for i, (a, b) in enumerate(pairwise(crack.points), 1) if math.dist(a, b) <= ON * body.size
+    ]
+    for i in repeated:
+        yield f"{key}.points[{i}]", f"repeats the point before, {at(crack.points[i])}"
+    if repeated:
+        return
+    segments = [LineString(pair) for pair in pairwise(crack.points)]
+    close = (
+        shapely.distance(segments[i], segments[i + 2 :]).min() <= ON * body.size
+        for i in range(len(segments) - 2)
+    )
+    if not body.cracks[str(crack.name)].is_simple or any(close):
+        yield f"{key}.points", "the crack crosses or touches itself"
+
+
+def _inside(key: str, crack: Crack, body: Body) -> Iterator[Finding]:
+    line, clear = body.cracks[str(crack.name)], CLEAR * body.size
+    # Beside a hole or a notch the polygon's chords leave the arcs by less than `clear`.
+    outside = line.difference(body.polygon)
+    if outside.length > clear:
+        if outside.length >= line.length - clear:
+            yield f"{key}.points", "lies outside the body"
+            return
+        holes = [name for name, h in body.holes.items() if line.intersection(h).length > clear]
+        where = f"runs through {', '.join(holes)}" if holes else "leaves the body"
+        worst = max(shapely.get_parts(outside), key=lambda part: part.length)
+        yield f"{key}.points", f"{where} near {at(_middle(worst))}"
+        return
+    near = line.intersection(body.polygon.boundary.buffer(clear))
+    for part in shapely.get_parts(shapely.line_merge(near)):
+        yield from _near_boundary(key, crack, part, body)
+
+
+def _near_boundary(key: str, crack: Crack, part: LineString, body: Body) -> Iterator[Finding]:
+    """Judge one stretch of a crack that is not clear of the boundary."""
+    tolerance = 2 * ON * body.size
+    ends = {
+        i: crack.points[i] for i in (0, -1) if part.distance(Point(crack.points[i])) < tolerance
+    }
+    tips = {i: point for i, point in ends.items() if not body.is_on_boundary(point)}
+    name = body.nearest(_middle(part))[0]
+    for i, point in tips.items():
+        distance = body.nearest(point)[2]
+        yield (
+            f"{key}.points[{i % len(crack.points)}]",
+            f"the end is {distance:.2g} from {name}: neither on it nor clear of it by "
+            f"{CLEAR * body.size:.2g}",
+        )
+    if not tips:
+        if not ends:
+            yield f"{key}.points", f"touches {name} between its ends, near {at(_middle(part))}"
+        elif part.length > LONGEST_NEAR_MOUTH * body.size:
+            yield f"{key}.points", f"runs along {name} near {at(_middle(part))}"
+
+
+def _crossings(cracks: list[tuple[str, Crack]], body: Body) -> Iterator[Finding]:
+    for i, (key, crack) in enumerate(cracks):
+        for _, other in cracks[:i]:
+            pair = (body.cracks[str(c.name)] for c in (crack, other))
+            if crack.name != other.name and shapely.distance(*pair) <= CLEAR * body.size:
+                yield key, f"crosses or touches {other.name}: not supported yet"
+
+
+def _cuts(cracks: list[tuple[str, Crack]], body: Body) -> Iterator[Finding]:
+    """Cracks from boundary to boundary that close a cut.
+
+    Joined by such a crack, a hole and the outline are one line; a crack from a line to itself cuts
+    a piece off.
+    """
+    joined = {name: name for name in body.holes}  # the edges of the outline are one line: ""
+
+    def line_of(point: XY) -> str:
+        name = body.nearest(point)[0]
+        while joined.get(name, "") not in (name, ""):
+            name = joined[name]
+        return joined.get(name, "")
+
+    for key, crack in cracks:
+        ends = [crack.points[0], crack.points[-1]]
+        if all(body.is_on_boundary(end) for end in ends):
+            one, other = map(line_of, ends)
+            if one == other:
+                yield key, "cuts the body in two"
+            else:
+                # The outline is nobody's part: a hole is joined to it, not it to a hole.
+                joined[one or other] = other if one else one
+
+
+def _middle(line: LineString) -> XY:
+    point = line.interpolate(0.5, normalized=True)
+    return point.x, point.y

@@ -1,0 +1,88 @@
+"""Rules for loads: their places exist, and they do not contradict each other."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+
+from shapely import Point, box
+
+from cfmpm.errors import did_you_mean
+from cfmpm.scene.geometry import CLEAR, ON, Body
+from cfmpm.scene.model import Load, Scene
+from cfmpm.scene.rules_body import at
+
+Finding = tuple[str, str]
+
+
+def unknown_edges(scene: Scene) -> Iterator[Finding]:
+    """Loads on edges that the geometry does not have."""
+    assert scene.geometry is not None
+    names = [v.edge for v in scene.geometry.outline] + [h.name for h in scene.geometry.holes]
+    known = list(dict.fromkeys(str(name) for name in names))
+    for i, load in enumerate(scene.loads):
+        if load.edge is not None and load.edge not in known:
+            yield f"loads[{i}].edge", f"unknown edge {load.edge}" + did_you_mean(load.edge, known)
+
+
+def contradictions(scene: Scene) -> Iterator[Finding]:
+    """Different displacements for the same component at the same place."""
+    first: dict[tuple[Hashable, str], tuple[int, float]] = {}
+    for i, load in enumerate(scene.loads):
+        if load.displacement is None:
+            continue
+        for component in ("x", "y"):
+            value = getattr(load.displacement, component)
+            if value is None:
+                continue
+            before, prescribed = first.setdefault((_place(load), component), (i, value))
+            if value != prescribed:
+                yield (
+                    f"loads[{i}].displacement.{component}",
+                    f"{value:g} contradicts loads[{before}], which prescribes {prescribed:g} there",
+                )
+
+
+def misplaced_loads(scene: Scene, body: Body) -> Iterator[Finding]:
+    """Boxes without boundary; points outside the body, beside its boundary or on a crack."""
+    for i, load in enumerate(scene.loads):
+        if load.box is not None:
+            yield from _box(f"loads[{i}].box", load, body)
+        if load.point is not None:
+            yield from _point(f"loads[{i}].point", load.point, body)
+
+
+def _place(load: Load) -> Hashable:
+    if load.box is not None:
+        (x0, y0), (x1, y1) = load.box
+        return "box", min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
+    return load.edge or load.point
+
+
+def _box(key: str, load: Load, body: Body) -> Iterator[Finding]:
+    assert load.box is not None
+    (x0, y0), (x1, y1) = load.box
+    if min(abs(x1 - x0), abs(y1 - y0)) <= ON * body.size:
+        yield key, "has no width or no height: the corners must be opposite"
+        return
+    area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
+    if body.polygon.boundary.intersection(area).length <= ON * body.size:
+        yield key, "holds no part of the boundary"
+
+
+def _point(key: str, point: tuple[float, float], body: Body) -> Iterator[Finding]:
+    name, _, distance = body.nearest(point)
+    clear = CLEAR * body.size
+    for crack, line in body.cracks.items():
+        if line.distance(Point(point)) <= clear:
+            yield key, f"{at(point)} is on {crack}, which has two faces there"
+            return
+    if body.is_on_boundary(point):
+        return
+    if not body.polygon.covers(Point(point)):
+        yield key, f"{at(point)} is outside the body; {name} is {distance:.2g} away"
+    elif distance <= clear:
+        yield (
+            key,
+            f"{at(point)} is {distance:.2g} from {name}: neither on it nor clear of it by "
+            f"{clear:.2g}",
+        )

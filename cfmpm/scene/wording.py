@@ -1,0 +1,139 @@
+"""Pydantic's errors in the words of this package: one reason for each bad key."""
+
+from __future__ import annotations
+
+import json
+import re
+import typing
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from cfmpm.errors import did_you_mean
+from cfmpm.scene.document import Key, parse_key
+from cfmpm.scene.model import Model, Scene
+
+REASONS = {
+    "greater_than": "must be greater than {gt:g}",
+    "greater_than_equal": "must be at least {ge:g}",
+    "less_than": "must be less than {lt:g}",
+    "less_than_equal": "must be at most {le:g}",
+    "too_short": "needs at least {min_length}, has {actual_length}",
+    "too_long": "takes at most {max_length}, has {actual_length}",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} letters",
+    "string_pattern_mismatch": "must be letters, digits, _ and -, and begin with a letter",
+    "string_type": "must be text; put it in quotes",
+    "string_unicode": "must be text that can be written in UTF-8",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "list_type": "must be a list",
+    "model_type": "must be a mapping",
+    "model_attributes_type": "must be a mapping",
+    "recursion_loop": "contains itself",
+}
+# The reason already holds the value, or the value is all that was given.
+WITHOUT_VALUE = {"too_short", "too_long", "string_too_short", "refused", "recursion_loop"}
+
+
+def refusals(error: ValidationError, data: Any) -> dict[Key, str]:
+    """The first reason for each key at which `data` is wrong."""
+    found: dict[Key, str] = {}
+    for detail in error.errors(include_url=False):
+        key = _key(detail["loc"], data)
+        for inner, reason in _reasons(detail, key):
+            found.setdefault(inner, reason)
+    return found
+
+
+def _reasons(detail: ErrorDetails, key: Key) -> Iterator[tuple[Key, str]]:
+    kind, ctx, value = detail["type"], detail.get("ctx", {}), detail["input"]
+    name = str(detail["loc"][-1]) if detail["loc"] else ""
+    if kind == "missing":
+        yield (*key, name), "is missing"
+    elif kind == "extra_forbidden":
+        fields = _model_at(detail["loc"][:-1]).model_fields
+        yield key, "unknown key" + did_you_mean(name, fields)
+    elif kind == "invalid_key":
+        yield key, f"keys must be words, not {shown(detail['loc'][-1])}"
+    elif kind == "refused":
+        inner = parse_key(ctx["key"]) if ctx["key"] else ()
+        yield (*key, *inner), ctx["reason"]
+    elif kind == "union_tag_not_found":
+        yield (*key, "kind"), f"is missing; known: {', '.join(KINDS)}"
+    elif kind == "union_tag_invalid":
+        yield (*key, "kind"), f"unknown kind {shown(ctx['tag'])}" + did_you_mean(ctx["tag"], KINDS)
+    elif kind == "literal_error":
+        known = re.findall(r"'([^']*)'", ctx["expected"])
+        yield key, f"unknown value {shown(value)}" + did_you_mean(value, known)
+    else:
+        yield key, _plain_reason(kind, detail, value)
+
+
+def _plain_reason(kind: str, detail: ErrorDetails, value: Any) -> str:
+    ctx = detail.get("ctx", {})
+    if kind == "value_error":
+        reason = str(ctx["error"])
+    else:
+        reason = REASONS.get(kind, detail["msg"]).format(**ctx)
+    return reason if kind in WITHOUT_VALUE else f"{reason}; got {shown(value)}"
+
+
+def shown(value: Any) -> str:
+    """A value as its writer would know it again, in at most a line."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, Mapping):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        flat = len(value) <= 3 and not any(isinstance(v, Mapping | list | tuple) for v in value)
+        return f"[{', '.join(map(shown, value))}]" if flat else f"a list of {len(value)}"
+    try:
+        text = (
+            json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else str(value)
+        )
+    except ValueError:
+        return "a number of thousands of digits"
+    text = " ".join(text.split())
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _models_in(annotation: Any) -> list[type[Model]]:
+    if isinstance(annotation, type) and issubclass(annotation, Model):
+        return [annotation]
+    return [model for part in typing.get_args(annotation) for model in _models_in(part)]
+
+
+def _kind(model: type[Model]) -> str:
+    field = model.model_fields.get("kind")
+    return str(typing.get_args(field.annotation)[0]) if field else ""
+
+
+KINDS = [_kind(model) for model in _models_in(Scene.model_fields["family"].annotation)]
+
+
+def _model_at(loc: tuple[str | int, ...]) -> type[Model]:
+    """The model that refused a key at `loc`."""
+    models: list[type[Model]] = [Scene]
+    for part in loc:
+        field = models[0].model_fields.get(str(part)) if len(models) == 1 else None
+        if field is not None:
+            models = _models_in(field.annotation)
+        else:  # an index, or the name of one model of a union
+            models = [model for model in models if _kind(model) == part] or models
+    return models[0]
+
+
+def _key(loc: tuple[str | int, ...], data: Any) -> Key:
+    """The part of an error's location that is in the data: pydantic puts names of unions in it."""
+    key: list[str | int] = []
+    for part in loc:
+        if isinstance(data, Mapping) and part in data:
+            pass
+        elif not (isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)):
+            continue
+        data = data[part]
+        key.append(part)
+    return tuple(key)
