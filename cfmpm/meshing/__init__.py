@@ -1,6 +1,32 @@
 """From a scene to a plane triangulation, by gmsh, which is loaded only when it is needed."""
 
-from cfmpm.meshing.body import triangulate
+from cfmpm.grid import Triangulation
+from cfmpm.meshing.body import triangulate_body
 from cfmpm.meshing.sizes import mesh_size, resolved_grading
+from cfmpm.scene.model import Scene
 
 __all__ = ["mesh_size", "resolved_grading", "triangulate"]
+
+
+def triangulate(scene: Scene) -> Triangulation:
+    """Triangulate the body of a scene; the same scene always gives the same arrays.
+
+    Parameters
+    ----------
+    scene : Scene
+        One that has passed the checks.
+
+    Returns
+    -------
+    Triangulation
+        Coordinates in mm. Corners, crack ends and load points have exactly the coordinates of the
+        scene (where :func:`cfmpm.scene.snap` puts them).
+
+    Raises
+    ------
+    MeshError
+        If gmsh cannot be loaded or cannot mesh the body.
+    SceneError
+        If a mesh file cannot be used, or the scene does not fit to it.
+    """
+    return triangulate_body(scene)

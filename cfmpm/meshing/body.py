@@ -6,18 +6,19 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
-from shapely import Point, Polygon
+from shapely import Point
 
 from cfmpm.errors import MeshError
 from cfmpm.grid import Floats, Ints, Triangulation
 from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_areas
 from cfmpm.meshing.session import gmsh_session
 from cfmpm.meshing.sizes import GROWTH, mesh_size, resolved_grading
-from cfmpm.scene.geometry import body_size, geometry_of, shape_of, snap, tip_points
+from cfmpm.scene.geometry import Body, polygon_of, shape_of, snap, tip_points
 from cfmpm.scene.model import Crack, Geometry, Scene
-from cfmpm.scene.shapes import XY, Side, arc_centre, ring, sides_of
+from cfmpm.scene.shapes import XY, Side, arc_centre, sides_of
 
 # In the unit frame; OpenCASCADE takes points nearer than 1e-7 for one.
 TOLERANCE = 1e-6
@@ -34,6 +35,12 @@ class Frame:
     centre: XY
     scale: float
 
+    @classmethod
+    def around(cls, body: Body) -> Self:
+        """The frame of a body."""
+        x_min, y_min, x_max, y_max = body.outline.bounds
+        return cls(((x_min + x_max) / 2, (y_min + y_max) / 2), body.size)
+
     def point(self, at: XY) -> XY:
         """Return a point [mm] in the unit frame."""
         return (at[0] - self.centre[0]) / self.scale, (at[1] - self.centre[1]) / self.scale
@@ -48,40 +55,25 @@ class Frame:
         return points * self.scale + np.array(self.centre)
 
 
-def triangulate(scene: Scene) -> Triangulation:
-    """Triangulate the body of a scene; the same scene always gives the same arrays.
-
-    Parameters
-    ----------
-    scene : Scene
-        One that has passed the checks.
-
-    Returns
-    -------
-    Triangulation
-        Coordinates in mm. Corners, crack ends and load points have exactly the coordinates of the
-        scene (where :func:`cfmpm.scene.snap` puts them).
-
-    Raises
-    ------
-    MeshError
-        If gmsh cannot be loaded or cannot mesh the body.
-    """
+def triangulate_body(scene: Scene) -> Triangulation:
+    """Triangulate the body of a scene that has a geometry or a family."""
     scene = snap(scene)
-    geometry = geometry_of(scene)
-    x_min, y_min, x_max, y_max = Polygon(ring(sides_of(geometry.outline))).bounds
-    frame = Frame(((x_min + x_max) / 2, (y_min + y_max) / 2), body_size(geometry))
+    body = Body.of(scene)
+    frame = Frame.around(body)
     size = mesh_size(scene)
     assert size is not None
     with gmsh_session() as gmsh:
         raw = mesh_drawing(
-            gmsh, _drawing(scene, frame), size / frame.scale, _seeds(scene, size, frame)
+            gmsh,
+            _drawing(scene, body, frame),
+            size / frame.scale,
+            [*_tip_seeds(scene, frame), *_arc_seeds(body.geometry, size, frame)],
         )
-    return _named(scene, frame, raw)
+    return _named(scene, body, frame, raw)
 
 
-def _drawing(scene: Scene, frame: Frame) -> Drawing:
-    geometry = geometry_of(scene)
+def _drawing(scene: Scene, body: Body, frame: Frame) -> Drawing:
+    geometry = body.geometry
 
     def drawn(sides: Iterable[Side]) -> list[Side]:
         return [frame.side(side) for side in sides]
@@ -98,29 +90,31 @@ def _segments(crack: Crack) -> list[Side]:
     return [Side(a, b) for a, b in pairwise(crack.points)]
 
 
-def _seeds(scene: Scene, size: float, frame: Frame) -> list[Seeds]:
-    """Where elements are smaller than `size`: at crack tips and along arcs."""
-    geometry, grading = geometry_of(scene), resolved_grading(scene)
+def _tip_seeds(scene: Scene, frame: Frame) -> list[Seeds]:
     tips = [frame.point(point) for _, _, point in tip_points(scene)]
+    grading = resolved_grading(scene)
+    if grading is None or not tips:
+        return []
+    return [Seeds(np.array(tips), grading.tip_size / frame.scale, grading.growth)]
+
+
+def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:
+    """Places along the arcs that `size` is too coarse for."""
+    inner = [*map(shape_of, geometry.holes), *map(shape_of, geometry.regions)]
     seeds = []
-    if grading and tips:
-        seeds.append(Seeds(np.array(tips), grading.tip_size / frame.scale, grading.growth))
-    inner = [shape_of(part) for part in (*geometry.holes, *geometry.regions)]
-    for shape in (geometry.outline, *inner):
-        for side in sides_of(shape):
-            if side.through is None:
-                continue
-            radius = math.dist(arc_centre(side.start, side.through, side.end), side.start)
-            arc_size = math.tau * radius / ELEMENTS_PER_TURN
-            if arc_size < size:
-                along = [frame.point(point) for point in [*side.points()[::10], side.end]]
-                seeds.append(Seeds(np.array(along), arc_size / frame.scale, GROWTH))
+    for side in (side for shape in (geometry.outline, *inner) for side in sides_of(shape)):
+        if side.through is None:
+            continue
+        radius = math.dist(arc_centre(side.start, side.through, side.end), side.start)
+        arc_size = math.tau * radius / ELEMENTS_PER_TURN
+        if arc_size < size:
+            along = [frame.point(point) for point in [*side.points()[::10], side.end]]
+            seeds.append(Seeds(np.array(along), arc_size / frame.scale, GROWTH))
     return seeds
 
 
-def _named(scene: Scene, frame: Frame, raw: Raw) -> Triangulation:
+def _named(scene: Scene, body: Body, frame: Frame, raw: Raw) -> Triangulation:
     """Find the scene's names in a mesh of its drawing, and its exact coordinates."""
-    geometry = geometry_of(scene)
     nodes = frame.back(raw.nodes)
 
     def on(side: Side) -> Ints:
@@ -134,12 +128,10 @@ def _named(scene: Scene, frame: Frame, raw: Raw) -> Triangulation:
         return pairs
 
     edges: dict[str, list[Ints]] = {}
-    for corner, side in zip(geometry.outline, sides_of(geometry.outline), strict=True):
-        edges.setdefault(str(corner.edge), []).append(on(side))
-    for hole in geometry.holes:
-        edges[str(hole.name)] = [on(side) for side in sides_of(shape_of(hole))]
+    for name, side in body.sides:
+        edges.setdefault(name, []).append(on(side))
     cracks = {}
-    for crack in geometry.cracks:
+    for crack in body.geometry.cracks:
         parts = []
         for side in _segments(crack):
             here = np.unique(on(side))
@@ -149,10 +141,9 @@ def _named(scene: Scene, frame: Frame, raw: Raw) -> Triangulation:
 
     points = {str(load.name): load.point for load in scene.loads if load.point is not None}
     exact = [
-        *(point for crack in geometry.cracks for point in crack.points),
+        *(point for crack in body.geometry.cracks for point in crack.points),
         *points.values(),
-        *(side.start for shape in map(shape_of, geometry.holes) for side in sides_of(shape)),
-        *(corner.at for corner in geometry.outline),
+        *(side.start for _, side in body.sides),
     ]
     for point in exact:
         nodes[_node_at(frame.point(point), raw)] = point
@@ -162,8 +153,8 @@ def _named(scene: Scene, frame: Frame, raw: Raw) -> Triangulation:
     return Triangulation(
         nodes,
         raw.triangles,
-        _regions(geometry, frame, raw),
-        ("body", *(region.name for region in geometry.regions)),
+        _regions(body.geometry, frame, raw),
+        ("body", *(region.name for region in body.geometry.regions)),
         {name: np.concatenate(pairs) for name, pairs in edges.items()},
         cracks,
         {name: _node_at(frame.point(point), raw) for name, point in points.items()},
@@ -200,7 +191,7 @@ def _regions(geometry: Geometry, frame: Frame, raw: Raw) -> Ints:
     """The region of each triangle; where regions overlap the last one counts."""
     index = np.zeros(raw.surfaces.max() + 1, dtype=np.int64)
     areas = signed_areas(raw.nodes, raw.triangles)
-    polygons = [Polygon(ring(sides_of(shape_of(region)))) for region in geometry.regions]
+    polygons = [polygon_of(shape_of(region)) for region in geometry.regions]
     if polygons:
         for surface in range(len(index)):
             # The largest triangle, since the chords of a small one may leave an arc.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from cfmpm.scene.geometry import body_polygon, geometry_of
+from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Grading, Scene
 
 # Element size per distance, from tips and from whatever else needs small elements.
@@ -16,7 +16,7 @@ def mesh_size(scene: Scene) -> float | None:
     """Return the element size away from the crack tips [mm]; None for a mesh file."""
     if scene.mesh_file is not None:
         return None
-    return scene.mesh.size or math.sqrt(body_polygon(scene).area) / 20
+    return scene.mesh.size or math.sqrt(Body.of(scene).polygon.area) / 20
 
 
 def resolved_grading(scene: Scene) -> Grading | None:
@@ -26,7 +26,7 @@ def resolved_grading(scene: Scene) -> Grading | None:
         return None
     if isinstance(scene.mesh.grading, Grading):
         return scene.mesh.grading
-    cracks = geometry_of(scene).cracks
+    cracks = Body.of(scene).geometry.cracks
     if not cracks:
         return None
     shortest = min(sum(math.dist(a, b) for a, b in pairwise(c.points)) for c in cracks)
