@@ -31,7 +31,7 @@ class Equilibrium:
     internal_force : (n, 2) float
         [N/mm].
     residual_norm : float
-        Largest unbalanced force over the largest nodal force.
+        Largest unbalanced force over the largest nodal force, before or after the solve.
     solver : str
     n_unknowns : int
     negative_pivots : int
@@ -150,7 +150,8 @@ def solve_linear(
     displacement[free] += solution.x
     update_points(grid, points, gradients, lame, displacement)
     force = internal_force(grid, points, gradients)
-    scale = np.abs(force).max(initial=0.0)
+    # A rigid motion ends without force: what had to be balanced on the way sets the scale.
+    scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))
     residual = np.abs((loading.force - force)[free]).max(initial=0.0)
     residual_norm = float(residual / scale) if scale > 0.0 else 0.0
     if not residual_norm <= RESIDUAL:

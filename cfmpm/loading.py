@@ -194,7 +194,7 @@ def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats
         if np.abs(loose @ resultant).max() > BALANCE * scale:
             raise SceneError([Problem(_unheld(grid, nodes, force[nodes]), "loads")])
         motions = modes.reshape(-1, 3) @ loose.T
-        _, _, order = qr(motions.T, mode="r", pivoting=True)
+        _, order = qr(motions.T, mode="r", pivoting=True)
         chosen = order[: len(loose)]
         where = np.arange(len(grid.nodes))[nodes][chosen // 2]
         prescribed[where, chosen % 2] = True

@@ -11,10 +11,11 @@ from cfmpm.grid import CrackTip, Floats, Grid
 
 # Part of the clearance of a tip that a domain may fill: the nodes on what lies there stay out.
 FILL = 0.9
-# Radii chosen by the program reach to this many element sizes at the tip, clearance allowing.
+# Radii chosen by the program reach to this many element sizes at the tip, and on grids graded
+# beyond that to this part of the clearance: the T-stress, smaller than the singular stress by
+# sqrt(r), loses its digits closer to the tip.
 REACH = 20.0
-# Below this many element sizes at the tip the fields in a ring are those of the tip element.
-RESOLVED = 4.0
+SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,14 @@ def choose_domains(grid: Grid, tip: CrackTip, wanted: int | Sequence[float]) -> 
     Returns
     -------
     Domains
-        Chosen radii end at 20 element sizes of the tip or at 0.9 of the clearance, whichever is
-        smaller, and start at half of that. Radii asked for are cut back to 0.9 of the clearance.
+        Chosen radii end at 20 element sizes of the tip or a quarter of the clearance, whichever
+        is larger, but at most at 0.9 of the clearance; they start at half of that. Radii asked
+        for are cut back to 0.9 of the clearance.
     """
     clearance = tip_clearance(grid, tip)
     largest = FILL * clearance
     if isinstance(wanted, int):
-        reach = min(REACH * tip.h, largest)
+        reach = min(max(REACH * tip.h, SHARE * clearance), largest)
         return Domains(tuple(float(r) for r in reach * _fractions(wanted)), clearance, False)
     radii = tuple(min(radius, largest) for radius in wanted)
     return Domains(radii, clearance, radii != tuple(wanted))

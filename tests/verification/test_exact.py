@@ -1,0 +1,126 @@
+"""Answers that are known exactly: patch test, rigid motion, symmetry, balance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from structured import rectangle
+
+from cfmpm import equilibrium
+from cfmpm.fracture import cf
+from cfmpm.grid import build_grid
+from cfmpm.kernels.basis import basis_gradients, basis_values
+from cfmpm.loading import Loading
+from cfmpm.points import seed
+
+LAME = np.array([[1.3, 0.9]])
+
+
+def solve_with_boundary_displacement(grid, field, lame=LAME):
+    """Prescribe a displacement field on the outer boundary and solve for the inside."""
+    points = seed(grid)
+    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    boundary = np.unique(np.concatenate([e.ravel() for e in grid.edges.values()]))
+    prescribed = np.zeros((len(grid.nodes), 2), bool)
+    prescribed[boundary] = True
+    values = np.where(prescribed, field(grid.nodes), 0.0)
+    nothing = np.zeros_like(values)
+    loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
+    stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
+    balance = equilibrium.solve_linear(
+        stiffness, grid, points, gradients, lame, loading, "superlu"
+    )
+    return points, gradients, balance
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@settings(max_examples=25, deadline=None)
+@given(shake=st.floats(0, 0.8), seed_=st.integers(0, 999))
+def test_patch_test_on_any_grid(element, shake, seed_):
+    """A linear displacement is reproduced on any distorted grid, with its uniform stress."""
+    grid = build_grid(rectangle(6, 5, 2.0, 1.0, shake=shake, seed=seed_), element)
+    h = np.array([[0.3, -0.2], [0.5, 0.1]])
+    points, gradients, balance = solve_with_boundary_displacement(grid, lambda x: x @ h.T + 0.7)
+    np.testing.assert_allclose(balance.displacement, grid.nodes @ h.T + 0.7, atol=1e-12)
+    lam, mu = LAME[0]
+    strain = 0.5 * (h + h.T)
+    stress = lam * np.trace(strain) * np.eye(2) + 2 * mu * strain
+    expected = [stress[0, 0], stress[1, 1], stress[0, 1]]
+    np.testing.assert_allclose(points.stress, np.tile(expected, (len(points), 1)), atol=1e-12)
+    np.testing.assert_allclose(points.energy, 0.5 * (stress * strain).sum(), atol=1e-12)
+    # A uniform state drives no node inside.
+    nodal = cf.nodal_force(grid, points, gradients, np.zeros(2))
+    inner = np.setdiff1d(np.arange(len(nodal)), np.concatenate(
+        [e.ravel() for e in grid.edges.values()]
+    ))
+    assert np.abs(nodal[inner]).max() < 1e-12
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_quadratic_displacement_is_exact_for_t6_with_body_force(element):
+    """T6 holds quadratic fields; the body force that balances one is integrated exactly."""
+    grid = build_grid(rectangle(4, 4, shake=0.5, seed=3), element)
+    points = seed(grid)
+    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    lam, mu = LAME[0]
+    # u = (x^2, 0): div sigma = (2 (lam + 2 mu), 0).
+    exact = np.column_stack([grid.nodes[:, 0] ** 2, np.zeros(len(grid.nodes))])
+    equilibrium.update_points(grid, points, gradients, LAME, exact)
+    force = equilibrium.internal_force(grid, points, gradients)
+    from cfmpm.kernels import assembly
+
+    density = np.array([-2 * (lam + 2 * mu), 0.0])
+    values = basis_values(grid.nodes, grid.elements, points.element, points.position)
+    body = assembly.body_force(
+        grid.elements, len(grid.nodes), points.element, values, points.volume, density
+    )
+    inner = np.setdiff1d(np.arange(len(body)), np.concatenate(
+        [e.ravel() for e in grid.edges.values()]
+    ))
+    error = np.abs((force - body)[inner]).max()
+    if element == "T6":
+        assert error < 1e-13
+    else:
+        assert error > 1e-3
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_small_rigid_motion_leaves_a_cracked_body_free_of_stress(element):
+    grid = build_grid(rectangle(6, 6, shake=0.3, crack=(3, 0, 3)), element)
+    spin = np.array([[0.0, -0.4], [0.4, 0.0]])
+    points, gradients, balance = solve_with_boundary_displacement(grid, lambda x: x @ spin.T - 3)
+    np.testing.assert_allclose(balance.displacement, grid.nodes @ spin.T - 3, atol=1e-12)
+    assert np.abs(points.stress).max() < 1e-12
+    assert np.abs(cf.nodal_force(grid, points, gradients, np.zeros(2))).max() < 1e-12
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_configurational_forces_of_a_body_add_up_to_its_boundary(element):
+    """Rows of dS/dX add up to zero, hence so do the nodal forces."""
+    grid = build_grid(rectangle(6, 6, shake=0.3, crack=(3, 0, 3)), element)
+    points, gradients, _ = solve_with_boundary_displacement(
+        grid, lambda x: np.column_stack([0 * x[:, 0], x[:, 1] ** 2 + x[:, 0] * x[:, 1]])
+    )
+    nodal = cf.nodal_force(grid, points, gradients, np.zeros(2))
+    np.testing.assert_allclose(nodal.sum(axis=0), 0.0, atol=1e-13 * np.abs(nodal).sum())
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_basis_is_a_partition_of_unity_with_the_right_gradients(element):
+    grid = build_grid(rectangle(3, 3, shake=0.4), element)
+    points = seed(grid)
+    values = basis_values(grid.nodes, grid.elements, points.element, points.position)
+    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    np.testing.assert_allclose(values.sum(axis=1), 1.0, atol=1e-14)
+    np.testing.assert_allclose(gradients.sum(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        np.einsum("pk,pki->pi", values, grid.nodes[grid.elements[points.element]]), points.position, atol=1e-14
+    )
+    step = 1e-6
+    for axis in range(2):
+        shifted = points.position.copy()
+        shifted[:, axis] += step
+        ahead = basis_values(grid.nodes, grid.elements, points.element, shifted)
+        np.testing.assert_allclose((ahead - values) / step, gradients[:, :, axis], atol=2e-4)
