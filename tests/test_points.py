@@ -41,9 +41,7 @@ def test_seeded_points_fill_the_body(element, count):
 def test_t6_points_are_centroids_of_the_paper_s_corner_triangles():
     grid = build_grid(rectangle(1, 1), "T6")
     corners, middles = grid.elements[0, :3], grid.elements[0, 3:]
-    expected = [
-        grid.nodes[[corners[k], middles[k], middles[k - 1]]].mean(axis=0) for k in range(3)
-    ]
+    expected = [grid.nodes[[corners[k], middles[k], middles[k - 1]]].mean(axis=0) for k in range(3)]
     np.testing.assert_allclose(seed(grid).position[:3], expected, atol=1e-15)
 
 
@@ -124,8 +122,6 @@ def test_points_outside_and_not_finite_are_reported():
 def test_strongly_graded_grids_are_searched_too():
     triangulation = rectangle(40, 40)
     nodes = triangulation.nodes**6
-    graded = build_grid(
-        type(triangulation)(**{**triangulation.__dict__, "nodes": nodes}), "T3"
-    )
+    graded = build_grid(type(triangulation)(**{**triangulation.__dict__, "nodes": nodes}), "T3")
     centroids = graded.nodes[graded.triangles].mean(axis=1)
     np.testing.assert_array_equal(locate(graded, centroids), np.arange(len(centroids)))

@@ -29,9 +29,7 @@ def solve_with_boundary_displacement(grid, field, lame=LAME):
     nothing = np.zeros_like(values)
     loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
     stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
-    balance = equilibrium.solve_linear(
-        stiffness, grid, points, gradients, lame, loading, "superlu"
-    )
+    balance = equilibrium.solve_linear(stiffness, grid, points, gradients, lame, loading, "superlu")
     return points, gradients, balance
 
 
@@ -52,9 +50,9 @@ def test_patch_test_on_any_grid(element, shake, seed_):
     np.testing.assert_allclose(points.energy, 0.5 * (stress * strain).sum(), atol=1e-12)
     # A uniform state drives no node inside.
     nodal = cf.nodal_force(grid, points, gradients, np.zeros(2))
-    inner = np.setdiff1d(np.arange(len(nodal)), np.concatenate(
-        [e.ravel() for e in grid.edges.values()]
-    ))
+    inner = np.setdiff1d(
+        np.arange(len(nodal)), np.concatenate([e.ravel() for e in grid.edges.values()])
+    )
     assert np.abs(nodal[inner]).max() < 1e-12
 
 
@@ -76,9 +74,9 @@ def test_quadratic_displacement_is_exact_for_t6_with_body_force(element):
     body = assembly.body_force(
         grid.elements, len(grid.nodes), points.element, values, points.volume, density
     )
-    inner = np.setdiff1d(np.arange(len(body)), np.concatenate(
-        [e.ravel() for e in grid.edges.values()]
-    ))
+    inner = np.setdiff1d(
+        np.arange(len(body)), np.concatenate([e.ravel() for e in grid.edges.values()])
+    )
     error = np.abs((force - body)[inner]).max()
     if element == "T6":
         assert error < 1e-13
@@ -116,7 +114,9 @@ def test_basis_is_a_partition_of_unity_with_the_right_gradients(element):
     np.testing.assert_allclose(values.sum(axis=1), 1.0, atol=1e-14)
     np.testing.assert_allclose(gradients.sum(axis=1), 0.0, atol=1e-12)
     np.testing.assert_allclose(
-        np.einsum("pk,pki->pi", values, grid.nodes[grid.elements[points.element]]), points.position, atol=1e-14
+        np.einsum("pk,pki->pi", values, grid.nodes[grid.elements[points.element]]),
+        points.position,
+        atol=1e-14,
     )
     step = 1e-6
     for axis in range(2):
