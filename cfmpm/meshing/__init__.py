@@ -2,6 +2,7 @@
 
 from cfmpm.grid import Triangulation
 from cfmpm.meshing.body import triangulate_body
+from cfmpm.meshing.files import triangulate_file
 from cfmpm.meshing.sizes import mesh_size, resolved_grading
 from cfmpm.scene.model import Scene
 
@@ -29,4 +30,4 @@ def triangulate(scene: Scene) -> Triangulation:
     SceneError
         If a mesh file cannot be used, or the scene does not fit to it.
     """
-    return triangulate_body(scene)
+    return triangulate_body(scene) if scene.mesh_file is None else triangulate_file(scene)

@@ -101,16 +101,17 @@ def _tip_seeds(scene: Scene, frame: Frame) -> list[Seeds]:
 def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:
     """Places along the arcs that `size` is too coarse for."""
     inner = [*map(shape_of, geometry.holes), *map(shape_of, geometry.regions)]
-    seeds = []
+    along: dict[float, list[XY]] = {}
     for side in (side for shape in (geometry.outline, *inner) for side in sides_of(shape)):
-        if side.through is None:
-            continue
-        radius = math.dist(arc_centre(side.start, side.through, side.end), side.start)
-        arc_size = math.tau * radius / ELEMENTS_PER_TURN
-        if arc_size < size:
-            along = [frame.point(point) for point in [*side.points()[::10], side.end]]
-            seeds.append(Seeds(np.array(along), arc_size / frame.scale, GROWTH))
-    return seeds
+        if side.through is not None:
+            radius = math.dist(arc_centre(side.start, side.through, side.end), side.start)
+            points = along.setdefault(math.tau * radius / ELEMENTS_PER_TURN, [])
+            points += [frame.point(point) for point in (*side.points()[::10], side.end)]
+    return [
+        Seeds(np.array(points), arc_size / frame.scale, GROWTH)
+        for arc_size, points in along.items()
+        if arc_size < size
+    ]
 
 
 def _named(scene: Scene, body: Body, frame: Frame, raw: Raw) -> Triangulation:

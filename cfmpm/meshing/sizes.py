@@ -21,11 +21,11 @@ def mesh_size(scene: Scene) -> float | None:
 
 def resolved_grading(scene: Scene) -> Grading | None:
     """Return the grading towards the crack tips in numbers [mm]; None for a uniform grid."""
+    if isinstance(scene.mesh.grading, Grading) and scene.mesh_file is None:
+        return scene.mesh.grading
     size = mesh_size(scene)
     if size is None or scene.mesh.grading == "uniform":
         return None
-    if isinstance(scene.mesh.grading, Grading):
-        return scene.mesh.grading
     cracks = Body.of(scene).geometry.cracks
     if not cracks:
         return None
