@@ -5,7 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from cfmpm.grid import Floats
-from cfmpm.scene.model import Scene
+from cfmpm.scene.model import Material, Scene
+
+
+def region_materials(scene: Scene, region_names: tuple[str, ...]) -> list[Material]:
+    """Return the material of each region: its own, or that of the body.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    region_names : tuple of str
+        ``"body"`` first.
+
+    Returns
+    -------
+    list of Material
+    """
+    source = scene.geometry or scene.mesh_file
+    own = {region.name: region.material for region in source.regions} if source else {}
+    return [own.get(name, scene.material) for name in region_names]
 
 
 def lame_constants(scene: Scene, region_names: tuple[str, ...]) -> Floats:
@@ -25,12 +44,8 @@ def lame_constants(scene: Scene, region_names: tuple[str, ...]) -> Floats:
         the law of plane strain gives the stresses of plane stress (Timoshenko and Goodier, 1970,
         section 16).
     """
-    source = scene.geometry or scene.mesh_file
-    assert source is not None
-    materials = {region.name: region.material for region in source.regions}
     rows = []
-    for name in region_names:
-        material = materials.get(name, scene.material)
+    for material in region_materials(scene, region_names):
         mu = material.E / (2.0 * (1.0 + material.nu))
         lam = material.E * material.nu / ((1.0 + material.nu) * (1.0 - 2.0 * material.nu))
         rows.append((2.0 * lam * mu / (lam + 2.0 * mu) if scene.plane == "stress" else lam, mu))

@@ -22,7 +22,7 @@ def evaluate_tips(
     nodal: Floats,
     domains: Sequence[Domains],
     body_force: Floats,
-    g_c: float | None,
+    g_c: Sequence[float | None],
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
@@ -37,8 +37,8 @@ def evaluate_tips(
     domains : sequence of Domains
         One a tip, all with the same number of radii.
     body_force : (2,) float
-    g_c : float or None
-        Critical energy release rate [N/mm].
+    g_c : sequence of float or None
+        Critical energy release rate of each region [N/mm].
 
     Returns
     -------
@@ -87,7 +87,9 @@ def evaluate_tips(
             "cf_tip_y": nodal[tip.node, 1],
             "kink_angle": criteria.max_hoop_angle(row["K_I"], row["K_II"]),
         }
-        if g_c is not None:
-            row["critical_load_factor"] = criteria.critical_load_factor(row["G"], g_c)
+        toughness = g_c[region]
+        if toughness is not None:
+            row["critical_load_factor"] = criteria.critical_load_factor(row["G"], toughness)
         rows.append(row)
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}

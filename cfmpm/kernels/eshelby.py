@@ -182,6 +182,13 @@ def interaction_integrals(
     """
     result = np.zeros(3)
     k = elements.shape[1]
+    # A rotation of the ring as a whole does no work on a balanced auxiliary stress, but does on
+    # its quadrature: it is taken out, for in slender bodies it is far larger than the strain.
+    spin = 0.0
+    for p in range(len(point_element)):
+        h = displacement_gradient[p]
+        spin += 0.5 * (h[1, 0] - h[0, 1]) * volume[p]
+    spin /= max(volume.sum(), 1e-300)
     t1, t2 = tangent[0], tangent[1]
     loaded = density[0] != 0.0 or density[1] != 0.0
     b1 = t1 * density[0] + t2 * density[1]
@@ -199,8 +206,8 @@ def interaction_integrals(
         w1, w2 = t1 * qx + t2 * qy, -t2 * qx + t1 * qy
         h = displacement_gradient[p]
         # First columns of grad u and then the stress, turned into the frame of the tip.
-        ux1 = h[0, 0] * t1 + h[0, 1] * t2
-        uy1 = h[1, 0] * t1 + h[1, 1] * t2
+        ux1 = h[0, 0] * t1 + (h[0, 1] + spin) * t2
+        uy1 = (h[1, 0] - spin) * t1 + h[1, 1] * t2
         u11 = t1 * ux1 + t2 * uy1
         u21 = -t2 * ux1 + t1 * uy1
         sxx, syy, sxy = stress[p, 0], stress[p, 1], stress[p, 2]
