@@ -54,13 +54,14 @@ class Document:
             place = Place(f"override {text}")
             try:
                 key = parse_key(text)
+                made = key[: _depth(data, key) + 1]
                 data = _replaced(data, key, value)
             except LookupError as error:
                 problems.append(Problem(str(error.args[0]), file=place.file))
                 continue
-            places = {k: p for k, p in places.items() if k[: len(key)] != key}
-            places |= {key[:n]: place for n in range(1, len(key)) if key[:n] not in places}
-            places[key] = place
+            # What the override has made or replaced is its own from here on.
+            places = {k: p for k, p in places.items() if k[: len(made)] != made}
+            places[made] = place
         if problems:
             raise SceneError(problems)
         return Document(data, self.root, places)
@@ -103,8 +104,7 @@ def read_document(path: Path) -> Document:
         line = error.object[: error.start].count(b"\n") + 1
         raise SceneError([Problem("not text in UTF-8", file=file, line=line)]) from None
     except (OSError, ValueError) as error:
-        reason = "is a folder, not a scene file" if path.is_dir() else _why_unreadable(error)
-        raise SceneError([Problem(reason, file=file)]) from None
+        raise SceneError([Problem(_why_unreadable(error), file=file)]) from None
     document = parse_yaml(text, file)
     if document.data is None:
         raise SceneError([Problem("the file is empty", file=file)])
@@ -181,6 +181,18 @@ def _line(node: Node) -> tuple[int, int]:
     return node.start_mark.line + 1, node.start_mark.column + 1
 
 
+def _depth(data: Any, key: Key) -> int:
+    """How many mappings and lists `key` leads through before it needs a new one."""
+    for depth, part in enumerate(key):
+        if isinstance(data, Mapping):
+            data = data.get(part)
+        elif isinstance(data, list) and isinstance(part, int) and part < len(data):
+            data = data[part]
+        if not isinstance(data, Mapping | list):
+            return depth
+    return len(key)
+
+
 def _replaced(data: Any, key: Key, value: Any) -> Any:
     """A copy of `data` with one value replaced; mappings on the way are made where missing."""
     if not key:
@@ -200,6 +212,8 @@ def _replaced(data: Any, key: Key, value: Any) -> Any:
 def _why_unreadable(error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
         return "no such file"
+    if isinstance(error, IsADirectoryError):
+        return "is a folder, not a scene file"
     return f"cannot be read: {getattr(error, 'strerror', None) or error}"
 
 

@@ -369,7 +369,8 @@ class Mesh(Model):
     element: Literal["T3", "T6"] = Field("T6", description="T3: 1 point, T6: 3 points a triangle")
     size: Length | None = Field(None, description="element size [mm]; default from the body")
     grading: Annotated[
-        Annotated[Grading, Tag("(numbers)")] | Annotated[Literal["auto", "uniform"], Tag("(word)")],
+        Annotated[Grading, Tag("(numbers)")]
+        | Annotated[Literal["auto", "uniform"], BeforeValidator(_word), Tag("(word)")],
         Discriminator(_numbers_or_word),
     ] = Field("auto", description="towards crack tips: auto, uniform, or two numbers")
 

@@ -130,7 +130,7 @@ def _key(loc: tuple[str | int, ...], data: Any) -> Key:
     """The part of an error's location that is in the data: pydantic puts names of unions in it."""
     key: list[str | int] = []
     for part in loc:
-        if isinstance(data, Mapping) and part in data:
+        if isinstance(data, Mapping) and isinstance(part, str) and part in data:
             pass
         elif not (isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)):
             continue

@@ -1,0 +1,131 @@
+"""Sizes, counts, radii and mesh files that are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scene_texts import LINE, assert_refused_once, plate, refused
+
+from cfmpm.scene import load_scene, scene_from_dict
+
+CRACK = "[{points: [[0, 30], [50, 30]]}]"
+SIZES = [
+    ("mesh", "{size: 61}", "mesh.size", "61 is larger than the body, which is 60 wide"),
+    ("mesh", "{size: 1.0e+5}", "mesh.size", "larger than the body"),
+    ("mesh", "{grading: {tip_size: 70}}", "mesh.grading.tip_size", "larger than the body"),
+    ("mesh", "{grading: {tip_size: 1.0e+5}}", "mesh.grading.tip_size", "larger than the body"),
+    ("mesh", "{size: 5, grading: {tip_size: 6}}", "mesh.grading.tip_size", "at most mesh.size, 5"),
+    ("mesh", "{size: 5, grading: {tip_size: 5.1}}", "mesh.grading.tip_size", "at most mesh.size"),
+    ("mesh", "{size: 0.01}", "mesh.size", "about 1e+08 triangles; the limit is 2e+07"),
+    ("mesh", "{size: 1.0e-300}", "mesh.size", "about inf triangles"),
+    (
+        "mesh",
+        "{grading: {tip_size: 0.001, growth: 1.0e-4}}",
+        "mesh.grading",
+        "triangles; the limit",
+    ),
+    (
+        "mesh",
+        "{grading: {tip_size: 1.0e-9, growth: 1.0e-9}}",
+        "mesh.grading",
+        "triangles; the limit",
+    ),
+    ("fracture", "{radii: [5, 101]}", "fracture.radii[1]", "101 is larger than the body, 100"),
+    ("fracture", "{radii: [1.0e+6]}", "fracture.radii[0]", "larger than the body"),
+    ("fracture", "{radii: [5, 5]}", "fracture.radii", "must differ from each other"),
+    ("fracture", "{radii: [1, 2, 1.0]}", "fracture.radii", "must differ from each other"),
+]
+
+
+@pytest.mark.parametrize(("part", "text", "key", "fragment"), SIZES)
+def test_sizes_refused(part: str, text: str, key: str, fragment: str, tmp_path: Path) -> None:
+    scene = plate(cracks=CRACK, **{part: text})
+    assert_refused_once(scene, tmp_path, key, LINE[part], fragment)
+
+
+@pytest.mark.parametrize(
+    "mesh", ["{}", "{size: 60}", "{size: 5, grading: {tip_size: 1.0e-9}}", "{grading: uniform}"]
+)
+def test_sizes_accepted(mesh: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(plate(cracks=CRACK, mesh=mesh))
+    assert load_scene(path).mesh.element == "T6"
+
+
+def mesh_scene(mesh_file: str, loads: str = "[{edge: top, traction: [0, 1]}]") -> str:
+    return f"name: m\nmaterial: {{E: 1, nu: 0}}\nmesh_file: {{{mesh_file}}}\nloads: {loads}\n"
+
+
+MESH_FILES = [
+    ("file: none.msh", "mesh_file.file", "no such file: "),
+    ("file: folder.msh", "mesh_file.file", "no such file: "),
+    ("file: plate.vtu", "mesh_file.file", "must end in .msh"),
+    ("file: .", "mesh_file.file", "must end in .msh"),
+    ("file: ''", "mesh_file.file", "must not be empty"),
+    ("file: 3", "mesh_file.file", "must be text"),
+    ("cracks: [a]", "mesh_file.file", "is missing"),
+    ("file: a.msh, cracks: [a, b, a]", "mesh_file.cracks[2]", "a is a name already in use"),
+    ("file: a.msh, cracks: [a, a]", "mesh_file.cracks[1]", "a is a name already in use"),
+    (
+        "file: a.msh, regions: [{name: b, material: {E: 1, nu: 0}}, "
+        "{name: b, material: {E: 2, nu: 0}}]",
+        "mesh_file.regions[1].name",
+        "b is a name already in use",
+    ),
+    (
+        "file: a.msh, regions: [{name: b, material: {E: 1, nu: 0}, "
+        "circle: {centre: [0, 0], radius: 1}}]",
+        "mesh_file.regions[0]",
+        "takes its shape from the mesh file",
+    ),
+    (
+        "file: a.msh, regions: [{name: b, material: {E: 1, nu: 0}, "
+        "polygon: [[0, 0], [1, 0], [1, 1]]}]",
+        "mesh_file.regions[0]",
+        "takes its shape from the mesh file",
+    ),
+]
+
+
+@pytest.mark.parametrize(("mesh_file", "key", "fragment"), MESH_FILES)
+def test_mesh_file_refused(mesh_file: str, key: str, fragment: str, tmp_path: Path) -> None:
+    (tmp_path / "a.msh").touch()
+    (tmp_path / "folder.msh").mkdir()
+    assert_refused_once(mesh_scene(mesh_file), tmp_path, key, 3, fragment)
+
+
+def test_loads_of_a_mesh_file_contradict(tmp_path: Path) -> None:
+    (tmp_path / "a.msh").touch()
+    loads = "[{edge: a, displacement: {x: 0}}, {edge: a, displacement: {x: 1}}]"
+    problems = refused(mesh_scene("file: a.msh", loads), tmp_path)
+    assert [p.key for p in problems] == ["loads[1].displacement.x"]
+
+
+def test_mesh_file_is_relative_to_the_scene(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "grids").mkdir()
+    (tmp_path / "grids" / "a.msh").touch()
+    (tmp_path / "scene.yaml").write_text(mesh_scene("file: grids/a.msh"))
+    scene = load_scene(tmp_path / "scene.yaml")
+    assert scene.mesh_file is not None
+    assert scene.mesh_file.file == str(tmp_path / "grids" / "a.msh")
+    monkeypatch.chdir(tmp_path / "grids")
+    data = {"name": "m", "material": {"E": 1, "nu": 0}, "mesh_file": {"file": "a.msh"}}
+    assert scene_from_dict(data | {"loads": scene.loads}).mesh_file == scene.mesh_file
+
+
+def test_all_problems_at_once(tmp_path: Path) -> None:
+    text = plate(
+        holes="[{circle: {centre: [100, 30], radius: 5}}, {circle: {centre: [50, 90], radius: 5}}]",
+        cracks="[{points: [[0, 10], [100, 10]]}]",
+        loads="[{edge: tpo, traction: [0, 1]}, {point: [200, 0], force: [0, 1]}]",
+        mesh="{size: 80}",
+    )
+    assert [p.key for p in refused(text, tmp_path)] == [
+        "geometry.holes[0]",
+        "geometry.holes[1]",
+        "geometry.cracks[0]",
+        "loads[0].edge",
+        "loads[1].point",
+        "mesh.size",
+    ]
