@@ -1,13 +1,99 @@
-"""The last state of a run as one UGRID file."""
+"""The last state of a run as the content of one UGRID file."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
-from cfmpm.grid import Grid, Ints
+import numpy as np
+import xarray as xr
+
+from cfmpm.grid import Floats, Grid, Ints
+from cfmpm.materials import lame_constants
+
+if TYPE_CHECKING:
+    from cfmpm.simulation import Result
 
 # Linear faces of a six-node triangle: the three corners, then the middle.
 _PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+
+
+def build_fields(result: Result) -> xr.Dataset:
+    """Lay out the last state of a run by the UGRID conventions 1.0.
+
+    Parameters
+    ----------
+    result : Result
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions time (one pseudo-time, the load step), node, face, corner and point. Displacement
+        [mm] and configurational force [N/mm] at the nodes; stress [MPa] and energy density
+        [N mm/mm^3] on the faces; the material points with position [mm], volume [mm^2 for 1 mm of
+        thickness] and stress.
+
+    Notes
+    -----
+    UGRID knows only linear faces. The faces of T3 are the elements; a T6 element becomes four, so
+    that every node keeps its values: the three corners carry the state of their material point
+    (the sub-triangles of the paper's section 2.3), the middle one the mean of the three.
+    """
+    grid, points = result.grid, result.points
+    faces, element = linear_faces(grid)
+    lam, mu = lame_constants(result.scene, grid.region_names)[points.material].T
+    stress = np.column_stack([points.stress, np.zeros(len(points))])
+    if result.scene.plane == "strain":
+        stress[:, 3] = lam / (2.0 * (lam + mu)) * stress[:, :2].sum(axis=1)
+    face_stress = _on_faces(stress, grid)
+
+    node: dict[str, Any] = {"mesh": "grid", "location": "node"}
+    face: dict[str, Any] = {"mesh": "grid", "location": "face"}
+    data: dict[str, Any] = {
+        "grid": ((), np.int32(0), _topology()),
+        "face_nodes": (
+            ("face", "corner"),
+            faces.astype(np.int32),
+            {
+                "cf_role": "face_node_connectivity",
+                "long_name": "nodes of a face",
+                "start_index": np.int32(0),
+            },
+        ),
+        "element": ("face", element.astype(np.int32), face | _said("1", "element of the grid")),
+        "region": (
+            "face",
+            grid.regions[element].astype(np.int32),
+            face
+            | _said("1", "part of the body with a material of its own")
+            | {
+                "flag_values": np.arange(len(grid.region_names), dtype=np.int32),
+                "flag_meanings": " ".join(grid.region_names),
+            },
+        ),
+        "point_volume": ("point", points.volume, _said("mm2", "volume per mm of thickness")),
+        "point_element": ("point", points.element.astype(np.int32), _said("1", "element")),
+    }
+    for i, axis in enumerate("xy"):
+        u, force = result.displacement[:, i], result.configurational_force[:, i]
+        data[f"u_{axis}"] = _now("node", u, node | _said("mm", f"displacement along {axis}"))
+        said = _said("N mm-1", f"configurational force along {axis}")
+        data[f"cf_{axis}"] = _now("node", force, node | said)
+    for i, name in enumerate(("sigma_xx", "sigma_yy", "sigma_xy", "sigma_zz")):
+        said = _said("MPa", f"stress {name.removeprefix('sigma_')}")
+        data[name] = _now("face", face_stress[:, i], face | said)
+        data[f"point_{name}"] = _now("point", stress[:, i], said)
+    data["von_mises"] = _now(
+        "face", von_mises(face_stress), face | _said("MPa", "equivalent stress of von Mises")
+    )
+    said = _said("N mm-2", "strain energy per volume (N mm/mm3)")
+    data["energy_density"] = _now("face", _on_faces(points.energy, grid), face | said)
+    data["point_energy_density"] = _now("point", points.energy, said)
+
+    fields = xr.Dataset(data, _coordinates(result), _attributes(result))
+    # VTK's reader copies connectivity, fill value and start index into 32 bits without looking:
+    # 64 bits overwrite its memory.
+    fields["face_nodes"].encoding |= {"_FillValue": np.int32(-1), "dtype": "int32"}
+    return fields
 
 
 def linear_faces(grid: Grid) -> tuple[Ints, Ints]:
@@ -27,3 +113,97 @@ def linear_faces(grid: Grid) -> tuple[Ints, Ints]:
     parts = _PARTS if elements.shape[1] == 6 else np.array([[0, 1, 2]])
     faces = elements[:, parts].reshape(-1, 3)
     return faces, np.repeat(np.arange(len(elements)), len(parts))
+
+
+def von_mises(stress: Floats) -> Floats:
+    """Return the equivalent stress of von Mises.
+
+    Parameters
+    ----------
+    stress : (n, 4) float
+        sigma_xx, sigma_yy, sigma_xy, sigma_zz [MPa].
+
+    Returns
+    -------
+    (n,) float
+        [MPa].
+    """
+    xx, yy, xy, zz = stress.T
+    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2)
+
+
+def _on_faces(values: Floats, grid: Grid) -> Floats:
+    """Values of the points, which come element by element as they were seeded, on the faces."""
+    if grid.elements.shape[1] == 3:
+        return values
+    corners = values.reshape(len(grid.elements), 3, *values.shape[1:])
+    four = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+    return four.reshape(-1, *values.shape[1:])
+
+
+def _topology() -> dict[str, Any]:
+    return {
+        "cf_role": "mesh_topology",
+        "long_name": "background grid",
+        "topology_dimension": 2,
+        "node_coordinates": "node_x node_y",
+        "face_node_connectivity": "face_nodes",
+        "node_dimension": "node",
+        "face_dimension": "face",
+    }
+
+
+def _coordinates(result: Result) -> dict[str, Any]:
+    step = result.history["step"].values[-1:].astype(float)
+    coordinates: dict[str, Any] = {
+        # ParaView animates along a dimension of this name and no other.
+        "time": ("time", step, _said("1", "pseudo-time: the load step") | {"axis": "T"}),
+        "load_factor": (
+            "time",
+            result.history["load_factor"].values[-1:],
+            _said("1", "factor on all loads of the scene"),
+        ),
+    }
+    for i, axis in enumerate("xy"):
+        x, position = result.grid.nodes[:, i], result.points.position[:, i]
+        coordinates[f"node_{axis}"] = (
+            "node",
+            x,
+            _said("mm", f"{axis} of a node, undeformed")
+            | {"standard_name": f"projection_{axis}_coordinate"},
+        )
+        said = _said("mm", f"{axis} of a material point")
+        coordinates[f"point_{axis}"] = ("point", position, said)
+    return coordinates
+
+
+def _attributes(result: Result) -> dict[str, Any]:
+    attributes = {
+        name: value for name, value in result.history.attrs.items() if name in _SHARED_ATTRIBUTES
+    }
+    return attributes | {
+        "Conventions": "CF-1.11, UGRID-1.0, ACDD-1.3",
+        "summary": f"Last state of scene {result.scene.name}: grid and material points",
+    }
+
+
+_SHARED_ATTRIBUTES = (
+    "title",
+    "source",
+    "references",
+    "keywords",
+    "history",
+    "date_created",
+    "config",
+    "config_hash",
+    "versions",
+)
+
+
+def _now(dimension: str, values: Floats, attributes: dict[str, Any]) -> tuple[Any, ...]:
+    """A variable of the one time of the file."""
+    return ("time", dimension), values[None], attributes
+
+
+def _said(units: str, long_name: str) -> dict[str, Any]:
+    return {"units": units, "long_name": long_name}

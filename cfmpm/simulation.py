@@ -16,12 +16,35 @@ from cfmpm.fracture.evaluation import evaluate_tips
 from cfmpm.grid import Floats, Grid, build_grid
 from cfmpm.kernels.basis import basis_gradients
 from cfmpm.loading import Loading, apply_loads
-from cfmpm.materials import lame_constants
+from cfmpm.materials import lame_constants, region_materials
 from cfmpm.meshing import resolved_grading, triangulate
 from cfmpm.points import MaterialPoints, locate, seed
 from cfmpm.scene import Scene, expand
 
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scene before its first solve.
+
+    Attributes
+    ----------
+    scene : Scene
+        Expanded: with its geometry, loads and names.
+    grid : Grid
+    points : MaterialPoints
+        Free of stress.
+    loading : Loading
+    domains : list of Domains
+        One a tip.
+    """
+
+    scene: Scene
+    grid: Grid
+    points: MaterialPoints
+    loading: Loading
+    domains: list[Domains]
 
 
 @dataclass(frozen=True)
@@ -37,6 +60,7 @@ class Result:
     grid : Grid
     points : MaterialPoints
         In the last state of balance.
+    loading : Loading
     displacement : (n, 2) float
         Of the grid nodes [mm].
     configurational_force : (n, 2) float
@@ -47,8 +71,38 @@ class Result:
     history: xr.Dataset
     grid: Grid
     points: MaterialPoints
+    loading: Loading
     displacement: Floats
     configurational_force: Floats
+
+
+def prepare(scene: Scene, clock: Clock) -> Prepared:
+    """Build all that the first solve of a scene starts from.
+
+    Parameters
+    ----------
+    scene : Scene
+    clock : Clock
+
+    Returns
+    -------
+    Prepared
+
+    Raises
+    ------
+    SceneError
+        Where the scene turns out not to make sense on its grid.
+    MeshError
+        Where no grid could be made.
+    """
+    full = expand(scene)
+    with clock("grid"):  # step 1: background grid with the cracks as doubled nodes
+        grid = build_grid(triangulate(full), full.mesh.element)
+    with clock("points"):  # still step 1: material points, loads, domains
+        points = seed(grid)
+        loading = apply_loads(full, grid, points)
+        domains = [choose_domains(grid, tip, full.fracture.radii) for tip in grid.tips]
+    return Prepared(full, grid, points, loading, domains)
 
 
 def run(scene: Scene, announce: Callable[[str], None] = lambda phase: None) -> Result:
@@ -79,16 +133,13 @@ def run(scene: Scene, announce: Callable[[str], None] = lambda phase: None) -> R
     positions stay (6), no tip runs (8) and the grid is not reset (9).
     """
     clock = Clock(announce)
-    full = expand(scene)
-    with clock("grid"):  # step 1: background grid with the cracks as doubled nodes
-        grid = build_grid(triangulate(full), full.mesh.element)
-    with clock("points"):  # steps 1 and 2: material points, their triangles, basis gradients
-        points = seed(grid)
-        loading = apply_loads(full, grid, points)
-        domains = [choose_domains(grid, tip, full.fracture.radii) for tip in grid.tips]
+    start = prepare(scene, clock)  # step 1
+    full, grid, points, loading = start.scene, start.grid, start.points, start.loading
+    with clock("points"):  # step 2: triangles of the points, basis gradients
         points.element = locate(grid, points.position, points.element)
         gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
         lame = lame_constants(full, grid.region_names)
+        g_c = [material.g_c for material in region_materials(full, grid.region_names)]
     with clock("stiffness"):  # step 3
         stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
     with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
@@ -98,7 +149,7 @@ def run(scene: Scene, announce: Callable[[str], None] = lambda phase: None) -> R
     with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
         nodal = cf.nodal_force(grid, points, gradients, loading.body_force)
         tips = evaluate_tips(
-            grid, points, gradients, lame, nodal, domains, loading.body_force, full.material.g_c
+            grid, points, gradients, lame, nodal, start.domains, loading.body_force, g_c
         )
     record = results.StepRecord(
         load_factor=1.0,
@@ -109,11 +160,11 @@ def run(scene: Scene, announce: Callable[[str], None] = lambda phase: None) -> R
         scene,
         [record],
         tips=[tip.name for tip in grid.tips],
-        radii=_nominal_radii(full, domains),
+        radii=_nominal_radii(full, start.domains),
         boundaries=list(loading.boundaries),
-        notes=_notes(full, grid, loading, balance, domains),
+        notes=_notes(full, grid, loading, balance, start.domains),
     )
-    return Result(full, history, grid, points, balance.displacement, nodal)
+    return Result(full, history, grid, points, loading, balance.displacement, nodal)
 
 
 def _body_values(
