@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 # Okabe and Ito (2008): told apart by every kind of colour vision.
 BLACK = "#000000"
@@ -57,9 +59,22 @@ def picture(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
     size : (float, float)
         Width and height [inch].
     """
+    with panels(path, size, 1, 1) as axes:
+        yield axes[0, 0]
+
+
+@contextmanager
+def panels(
+    path: Path, size: tuple[float, float], rows: int, columns: int
+) -> Iterator[NDArray[np.object_]]:
+    """Open a figure of several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
     with matplotlib.rc_context(_RC):
         figure = Figure(figsize=size, layout="constrained")
-        yield figure.add_subplot()
+        axes = figure.subplots(rows, columns, squeeze=False)
+        yield axes
+        if axes.size > 1:
+            for letter, one in zip("abcdefghij", axes.flat, strict=False):
+                one.set_title(f"({letter}) {one.get_title(loc='left')}")
         write_figure(figure, path)
 
 
