@@ -42,6 +42,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "K_II": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest ring"),
     "T_stress": (_TIP, "MPa", "T-stress, largest ring"),
     "kink_angle": (_TIP, "degree", "angle of largest hoop stress from the crack tangent"),
+    "min_opening": (_TIP, "mm", "smallest opening of the crack's faces, negative in overlap"),
     "critical_load_factor": (_TIP, "1", "load factor at which G reaches g_c"),
     "domain_radius": (_RADIUS, "mm", "radius of the domain, as used"),
     "J_radius": (_RADIUS, "N mm-1", "domain integral along the crack tangent"),

@@ -11,8 +11,9 @@ import xarray as xr
 from cfmpm import equilibrium, results
 from cfmpm.clock import Clock
 from cfmpm.fracture import cf
-from cfmpm.fracture.domains import Domains, choose_domains
+from cfmpm.fracture.domains import FILL, RESOLVED, Domains, choose_domains
 from cfmpm.fracture.evaluation import evaluate_tips
+from cfmpm.fracture.opening import smallest_openings
 from cfmpm.grid import Floats, Grid, build_grid
 from cfmpm.kernels.basis import basis_gradients
 from cfmpm.loading import Loading, apply_loads
@@ -149,7 +150,15 @@ def run(scene: Scene, announce: Callable[[str], None] = lambda phase: None) -> R
     with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
         nodal = cf.nodal_force(grid, points, gradients, loading.body_force)
         tips = evaluate_tips(
-            grid, points, gradients, lame, nodal, start.domains, loading.body_force, g_c
+            grid,
+            points,
+            gradients,
+            lame,
+            balance.displacement,
+            nodal,
+            start.domains,
+            loading.body_force,
+            g_c,
         )
     record = results.StepRecord(
         load_factor=1.0,
@@ -220,6 +229,7 @@ def _notes(
         "linear_iterations": balance.iterations,
         "rigid_motions_held": loading.held,
         "left_out": left_out(scene, grid),
+        "warnings": _warnings(grid, balance, domains),
     }
     if grading is not None:
         notes |= {"grid_tip_size": grading.tip_size, "grid_growth": grading.growth}
@@ -233,6 +243,29 @@ def _notes(
             ),
         }
     return notes
+
+
+def _warnings(grid: Grid, balance: equilibrium.Equilibrium, domains: list[Domains]) -> list[str]:
+    """Name what makes numbers of this run doubtful."""
+    largest = np.abs(balance.displacement).max(initial=0.0)
+    found = [
+        f"{name}: its faces overlap by up to {-opening:.3g} mm; contact is not modelled, so K_I, "
+        "G and the configurational force of its tips mean nothing there"
+        for name, opening in smallest_openings(grid, balance.displacement).items()
+        if opening < -1e-6 * largest
+    ]
+    for tip, domain in zip(grid.tips, domains, strict=True):
+        if domain.cut_back:
+            found.append(
+                f"{tip.name}: radii asked for were cut back to {max(domain.radii):.4g} mm, which "
+                f"is {FILL} of the distance to what a domain must not hold"
+            )
+        if max(domain.radii) < RESOLVED * tip.h:
+            found.append(
+                f"{tip.name}: the largest domain, {max(domain.radii):.3g} mm, reaches over less "
+                f"than {RESOLVED:g} elements of {tip.h:.3g} mm; make mesh.grading.tip_size smaller"
+            )
+    return found
 
 
 def left_out(scene: Scene, grid: Grid) -> list[str]:

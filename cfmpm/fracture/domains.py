@@ -16,6 +16,9 @@ FILL = 0.9
 # sqrt(r), loses its digits closer to the tip.
 REACH = 20.0
 SHARE = 0.25
+# A domain of fewer element sizes than this holds little but the tip elements, whose fields are
+# wrong by a tenth and more.
+RESOLVED = 4.0
 
 
 @dataclass(frozen=True)

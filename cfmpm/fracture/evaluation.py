@@ -10,6 +10,7 @@ import numpy as np
 from cfmpm.fracture import cf, criteria
 from cfmpm.fracture.domains import Domains
 from cfmpm.fracture.interaction import intensity_factors
+from cfmpm.fracture.opening import smallest_openings
 from cfmpm.grid import Floats, Grid
 from cfmpm.points import MaterialPoints
 
@@ -19,6 +20,7 @@ def evaluate_tips(
     points: MaterialPoints,
     gradients: Floats,
     lame: Floats,
+    displacement: Floats,
     nodal: Floats,
     domains: Sequence[Domains],
     body_force: Floats,
@@ -32,6 +34,8 @@ def evaluate_tips(
     points : MaterialPoints
     gradients : (p, k, 2) float
     lame : (q, 2) float
+    displacement : (n, 2) float
+        Of the nodes [mm].
     nodal : (n, 2) float
         From `cf.nodal_force`.
     domains : sequence of Domains
@@ -46,6 +50,7 @@ def evaluate_tips(
         By the names of `results.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
         are those of the largest radius.
     """
+    openings = smallest_openings(grid, displacement)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, domains, strict=True):
         # The three corners of any triangle at the tip lie in one region: rings do not leave it.
@@ -85,6 +90,7 @@ def evaluate_tips(
             "cf_y": force[1],
             "cf_tip_x": nodal[tip.node, 0],
             "cf_tip_y": nodal[tip.node, 1],
+            "min_opening": openings[tip.crack],
             "kink_angle": criteria.max_hoop_angle(row["K_I"], row["K_II"]),
         }
         toughness = g_c[region]

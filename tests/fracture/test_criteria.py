@@ -16,9 +16,7 @@ def test_hoop_stress_is_largest_at_the_kink(k_1, k_2):
         return
     theta = np.radians(np.linspace(-120, 120, 48001))
     hoop = np.cos(theta / 2) ** 3 * k_1 - 3 * np.cos(theta / 2) ** 2 * np.sin(theta / 2) * k_2
-    assert max_hoop_angle(k_1, k_2) == pytest.approx(
-        np.degrees(theta[np.argmax(hoop)]), abs=0.02
-    )
+    assert max_hoop_angle(k_1, k_2) == pytest.approx(np.degrees(theta[np.argmax(hoop)]), abs=0.02)
 
 
 def test_limits():

@@ -23,7 +23,9 @@ def test_clearance_ends_at_the_nearest_edge(grid):
 def test_clearance_ends_at_supports_and_other_materials(grid):
     (tip,) = grid.tips
     near = int(np.flatnonzero(np.all(np.isclose(grid.nodes, [6.5, 6.0]), axis=1))[0])
-    assert tip_clearance(replace(grid, points={"pin": near}), tip) == pytest.approx(np.hypot(1.5, 2))
+    assert tip_clearance(replace(grid, points={"pin": near}), tip) == pytest.approx(
+        np.hypot(1.5, 2)
+    )
     centres = grid.nodes[grid.triangles].mean(axis=1)
     layered = replace(
         grid, regions=(centres[:, 1] > 5.5).astype(int), region_names=("body", "layer")

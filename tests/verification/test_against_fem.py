@@ -1,4 +1,4 @@
-"""On the first step the method is linear FEM: the same grid in scikit-fem gives the same numbers."""
+"""On the first step the method is linear FEM: scikit-fem on the same grid agrees."""
 
 from __future__ import annotations
 

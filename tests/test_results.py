@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import json
+import os
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import cfmpm
+from cfmpm import results
+from cfmpm.scene.reading import scene_from_dict
+
+
+@pytest.fixture(scope="module")
+def history():
+    scene = scene_from_dict(
+        {
+            "name": "plate",
+            "family": {
+                "kind": "centre_crack",
+                "width": 50,
+                "height": 80,
+                "crack_length": 12,
+                "traction": 10,
+            },
+            "material": {"E": 1e4, "nu": 0.3},
+            "mesh": {"element": "T3", "size": 8, "grading": {"tip_size": 1, "growth": 0.5}},
+            "fracture": {"radii": [1.0, 2.0]},
+        }
+    )
+    return cfmpm.run(scene).history
+
+
+def test_round_trip_through_netcdf(history, tmp_path):
+    path = tmp_path / "deep" / "history.nc"
+    results.write_dataset(history, path)
+    with xr.open_dataset(path) as read:
+        for name in history.variables:
+            np.testing.assert_array_equal(read[name].values, history[name].values)
+            assert read[name].attrs["long_name"] == history[name].attrs["long_name"]
+    assert [p.name for p in path.parent.iterdir()] == ["history.nc"]
+
+
+def test_the_effective_configuration_is_inside(history, tmp_path):
+    path = tmp_path / "history.nc"
+    results.write_dataset(history, path)
+    with xr.open_dataset(path) as read:
+        again = scene_from_dict(json.loads(read.attrs["config"]))
+        assert read.attrs["config_hash"] == cfmpm.scene.config_hash(again)
+        assert json.loads(read.attrs["versions"])["cfmpm"] == cfmpm.__version__
+    second = cfmpm.run(again).history
+    xr.testing.assert_identical(
+        history.drop_vars("wall_time").drop_attrs(), second.drop_vars("wall_time").drop_attrs()
+    )
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_other(history, tmp_path, monkeypatch):
+    path = tmp_path / "history.nc"
+    results.write_dataset(history, path)
+    before = path.read_bytes()
+
+    def broken(self, target, **options):
+        target.write_bytes(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", broken)
+    with pytest.raises(OSError, match="disk full"):
+        results.write_dataset(history, path)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == ["history.nc"]
+
+
+def test_time_stamps_follow_source_date_epoch(history, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    scene = scene_from_dict(json.loads(history.attrs["config"]))
+    empty = results.build_history(scene, [], tips=[], radii=[], boundaries=[], notes={})
+    assert empty.attrs["date_created"] == "1970-01-01T00:00:00Z"
+
+
+def test_what_was_not_computed_is_nan(history):
+    assert np.isnan(history.critical_load_factor).all()
+    assert history.tip_status.dtype == np.int8
+
+
+def test_spread_is_the_range_over_radii(history):
+    for name in results.SPREAD:
+        expected = np.ptp(history[f"{name}_radius"].values, axis=2)
+        np.testing.assert_array_equal(history[f"{name}_spread"].values, expected)

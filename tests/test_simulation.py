@@ -1,0 +1,192 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import cfmpm
+from cfmpm.scene.reading import scene_from_dict
+from cfmpm.simulation import PHASES
+
+VOLATILE = ("wall_time",)
+
+
+def plate(**changes):
+    config = {
+        "name": "plate",
+        "family": {
+            "kind": "single_edge",
+            "width": 50,
+            "height": 80,
+            "crack_length": 12,
+            "traction": 10,
+        },
+        "material": {"E": 1e4, "nu": 0.3},
+        "mesh": {"element": "T6", "size": 8, "grading": {"tip_size": 0.2, "growth": 0.4}},
+        "fracture": {"radii": 3},
+    }
+    return scene_from_dict(config | changes)
+
+
+def test_history_has_every_quantity_of_the_design():
+    history = cfmpm.run(plate()).history
+    assert history.sizes == {"step": 1, "tip": 1, "radius": 3, "boundary": 2, "phase": 5}
+    wanted = (
+        "tip_x tip_y crack_length tip_status cf_x cf_y cf_tip_x cf_tip_y cf_norm cf_angle J G K_I "
+        "K_II T_stress J_radius cf_norm_radius cf_angle_radius kink_angle reaction_x reaction_y "
+        "strain_energy external_work fracture_energy newton_iterations residual_norm "
+        "negative_pivots unstable_points n_points n_nodes wall_time"
+    )
+    assert set(wanted.split()) <= set(history)
+    assert all("units" in history[name].attrs for name in history)
+    assert float(history.tip_x[0, 0]) == 12.0
+    assert float(history.tip_y[0, 0]) == 40.0
+    assert float(history.crack_length[0, 0]) == pytest.approx(12.0)
+    assert history.tip_status.attrs["flag_meanings"].split()[int(history.tip_status[0, 0])] == (
+        "stopped"
+    )
+    assert list(history.phase.values) == list(PHASES)
+
+
+def test_phases_are_announced_in_order():
+    heard = []
+    cfmpm.run(plate(), heard.append)
+    assert list(dict.fromkeys(heard)) == list(PHASES)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"output": {"fields": True}},
+        {"material": {"E": 1e4, "nu": 0.3, "g_c": 0.5}},
+        {"name": "other", "description": "the same plate"},
+    ],
+    ids=["fields", "toughness", "name"],
+)
+def test_what_is_left_out_changes_nothing(changes):
+    plain = cfmpm.run(plate()).history.drop_vars([*VOLATILE, "critical_load_factor"])
+    asked = cfmpm.run(plate(**changes)).history.drop_vars([*VOLATILE, "critical_load_factor"])
+    plain.attrs = asked.attrs = {}
+    assert plain.identical(asked)
+
+
+def test_one_radius_gives_the_values_of_the_largest_of_three():
+    one = cfmpm.run(plate(fracture={"radii": 1})).history
+    three = cfmpm.run(plate()).history
+    for name in ("J", "G", "K_I", "K_II", "T_stress", "cf_x", "cf_y", "kink_angle"):
+        assert one[name].values == three[name].values
+        assert one.sizes["radius"] == 1
+    assert np.isnan(one.J_spread).all()
+    assert float(three.J_spread[0, 0]) == pytest.approx(np.ptp(three.J_radius.values))
+    assert any("one radius" in item for item in one.attrs["left_out"])
+    assert not any("radius" in item for item in three.attrs["left_out"])
+
+
+def test_a_body_without_a_crack_runs_too():
+    result = cfmpm.run(
+        scene_from_dict(
+            {
+                "name": "block",
+                "geometry": {"outline": [[0, 0], [10, 0], [10, 10], [0, 10]]},
+                "material": {"E": 100, "nu": 0.2},
+                "plane": "stress",
+                "loads": [
+                    {"edge": "edge_1", "displacement": {"y": 0}},
+                    {"edge": "edge_3", "traction": [0, 2]},
+                ],
+                "mesh": {"element": "T3", "size": 3},
+            }
+        )
+    )
+    assert result.history.sizes["tip"] == 0
+    np.testing.assert_allclose(result.points.stress, [[0, 2, 0]] * len(result.points), atol=1e-12)
+    top = result.history.sel(boundary="edge_3")
+    assert float(top.displacement_y[0]) == pytest.approx(0.2)
+    assert any("no crack tip" in item for item in result.history.attrs["left_out"])
+
+
+def test_overlapping_faces_are_reported():
+    squeezed = plate(
+        family={
+            "kind": "single_edge",
+            "width": 50,
+            "height": 80,
+            "crack_length": 12,
+            "traction": -10,
+        }
+    )
+    history = cfmpm.run(squeezed).history
+    assert float(history.min_opening[0, 0]) < 0
+    assert any("overlap" in text for text in history.attrs["warnings"])
+    assert cfmpm.run(plate()).history.attrs["warnings"] == []
+
+
+def test_two_materials_share_the_load_by_stiffness():
+    """A crack-free bar of two layers, pulled along them: the same strain in both."""
+    result = cfmpm.run(
+        scene_from_dict(
+            {
+                "name": "layers",
+                "geometry": {
+                    "outline": [[0, 0], [20, 0], [20, 4], [0, 4]],
+                    "regions": [
+                        {
+                            "name": "stiff",
+                            "polygon": [[0, 2], [20, 2], [20, 4], [0, 4]],
+                            "material": {"E": 300, "nu": 0.0},
+                        }
+                    ],
+                },
+                "material": {"E": 100, "nu": 0.0},
+                "loads": [
+                    {"edge": "edge_4", "displacement": {"x": 0}},
+                    {"edge": "edge_2", "displacement": {"x": 0.2}},
+                ],
+                "mesh": {"element": "T3", "size": 1},
+            }
+        )
+    )
+    above = result.points.position[:, 1] > 2
+    np.testing.assert_allclose(result.points.stress[above, 0], 3.0, rtol=1e-11)
+    np.testing.assert_allclose(result.points.stress[~above, 0], 1.0, rtol=1e-11)
+
+
+@pytest.mark.slow
+def test_same_config_same_bits_on_any_number_of_threads():
+    program = (
+        "import cfmpm, hashlib, numpy as np\n"
+        "from cfmpm.scene.reading import scene_from_dict\n"
+        "result = cfmpm.run(scene_from_dict({'name': 'plate', 'family': {'kind': 'single_edge',"
+        "'width': 50, 'height': 80, 'crack_length': 12, 'traction': 10}, 'material': {'E': 1e4,"
+        "'nu': 0.3}, 'mesh': {'size': 1.5, 'grading': {'tip_size': 0.02, 'growth': 0.1}}}))\n"
+        "data = [result.displacement, result.configurational_force, result.points.stress]\n"
+        "print(hashlib.sha256(b''.join(np.ascontiguousarray(d).tobytes() for d in data))"
+        ".hexdigest())\n"
+    )
+    digests = set()
+    for threads in ("1", "2", "2"):
+        variables = {
+            name: threads
+            for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+        }
+        digests.add(
+            subprocess.run(
+                [sys.executable, "-c", program],
+                capture_output=True,
+                text=True,
+                check=True,
+                env={**os.environ, **variables},
+            ).stdout
+        )
+    assert len(digests) == 1
+
+
+def test_import_is_light():
+    program = (
+        "import sys, cfmpm; heavy = {'numba', 'gmsh', 'matplotlib', 'xarray', 'scipy'};"
+        "sys.exit(str(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
