@@ -14,7 +14,7 @@ from cfmpm.meshing.sizes import GROWTH
 from cfmpm.scene.shapes import XY, Side
 
 # Quality is 1 for an equilateral triangle and 0 for a flat one.
-LEAST_QUALITY = 0.1
+LEAST_QUALITY = 0.3
 MOST_REPAIRS = 4
 
 

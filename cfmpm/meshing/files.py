@@ -63,7 +63,7 @@ class FileMesh:
     def on_boundary(self, node: int) -> bool:
         """Whether a node lies on the boundary."""
         keys, counts = self.side_counts
-        return node in np.divmod(keys[counts == 1], len(self.nodes))
+        return bool(np.isin(node, np.divmod(keys[counts == 1], len(self.nodes))))
 
     def _keys(self, pairs: Ints) -> Ints:
         """One number for each pair of nodes, the same in either sense."""
@@ -136,6 +136,7 @@ def _content(gmsh: ModuleType) -> FileMesh:
         raise _refusal(f"has {', '.join(foreign)}; triangles only are understood")
     if not types:
         raise _refusal("has no triangles; was it saved without a physical surface?")
+    mesh.removeDuplicateElements()  # format 2 writes an element once for each of its groups
     mesh.renumberNodes()
     tags, coordinates, _ = mesh.getNodes()
 
@@ -162,8 +163,8 @@ def _content(gmsh: ModuleType) -> FileMesh:
     return FileMesh(
         nodes,
         triangles,
-        {name: np.concatenate(numbers) for name, numbers in surfaces.items()},
-        {name: np.concatenate(pairs) for name, pairs in curves.items()},
+        {name: np.concatenate(numbers) for name, numbers in sorted(surfaces.items())},
+        {name: np.concatenate(pairs) for name, pairs in sorted(curves.items())},
     )
 
 

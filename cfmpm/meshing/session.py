@@ -8,11 +8,9 @@ from types import ModuleType
 
 from cfmpm.errors import MeshError
 
-# What the gmsh wheel links to beyond a bare Debian or Ubuntu with Python.
-SYSTEM_PACKAGES = (
-    "libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxext6 libxft2 libfontconfig1 "
-    "libxinerama1 libx11-6 libgomp1"
-)
+# What a bare Debian with Python lacks of the libraries that gmsh's wheel links to, leaving out
+# the packages that these depend on.
+SYSTEM_PACKAGES = "libgl1 libglu1-mesa libgomp1 libxcursor1 libxft2 libxinerama1"
 
 OPTIONS = {
     "General.Terminal": 0,
@@ -36,7 +34,7 @@ def gmsh_session() -> Iterator[ModuleType]:
     Raises
     ------
     MeshError
-        If gmsh cannot be loaded or fails.
+        If gmsh cannot be loaded, or is in use already: its state is global.
     """
     try:
         import gmsh
@@ -45,6 +43,8 @@ def gmsh_session() -> Iterator[ModuleType]:
             f"gmsh cannot be loaded: {error}; on Debian or Ubuntu: apt-get install "
             + SYSTEM_PACKAGES
         ) from error
+    if gmsh.isInitialized():
+        raise MeshError("gmsh is in use in this process: call gmsh.finalize() first")
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         for option, value in OPTIONS.items():
