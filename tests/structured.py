@@ -19,7 +19,8 @@ def rectangle(
 ) -> Triangulation:
     """Rectangle of nx by ny cells of two triangles, corner at the origin.
 
-    `shake` moves inner nodes off the crack by that part of a cell; `crack` is (row, first column,
+    `shake` moves inner nodes off the crack by up to half that part of a cell (below 0.5 no
+    triangle can turn over); `crack` is (row, first column,
     last column) of a horizontal crack line of grid nodes.
     """
     rng = np.random.default_rng(seed)

@@ -44,7 +44,7 @@ def sparsity(elements, free):
     n_free = 0
     entries = 0
     for i in range(n_nodes):
-        own = (free[i, 0] >= 0) + (free[i, 1] >= 0)
+        own = int(free[i, 0] >= 0) + int(free[i, 1] >= 0)
         n_free += own
         if own == 0:
             continue
@@ -54,7 +54,7 @@ def sparsity(elements, free):
                 node = elements[star[j], b]
                 if seen[node] != i:
                     seen[node] = i
-                    width += (free[node, 0] >= 0) + (free[node, 1] >= 0)
+                    width += int(free[node, 0] >= 0) + int(free[node, 1] >= 0)
         entries += own * width
 
     indptr = np.zeros(n_free + 1, np.int64)
@@ -64,7 +64,7 @@ def sparsity(elements, free):
     at = 0
     row = 0
     for i in range(n_nodes):
-        own = (free[i, 0] >= 0) + (free[i, 1] >= 0)
+        own = int(free[i, 0] >= 0) + int(free[i, 1] >= 0)
         if own == 0:
             continue
         count = 0
