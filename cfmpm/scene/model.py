@@ -1,14 +1,12 @@
 """The description of one scene as typed, frozen models.
 
 Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is read from YAML by
-:mod:`cfmpm.scene.reading`; its geometry is checked by :mod:`cfmpm.scene.geometry`.
+:mod:`cfmpm.scene.reading`; what goes beyond its fields is checked by :mod:`cfmpm.scene.rules`.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from numbers import Real
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -22,42 +20,17 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-# Larger numbers are slips of the pen, and their squares overflow: no load needs them, and a body
-# has at most a thousand kilometres.
-LARGEST = 1e30
-LARGEST_LENGTH = 1e9
-
-
-def _number(value: Any) -> float:
-    """Refuse booleans and non-finite numbers, which pydantic would take for floats."""
-    if isinstance(value, bool):
-        raise ValueError("must be a number, not true or false")
-    if not isinstance(value, str | Real):
-        raise ValueError("must be a number")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    except ValueError:
-        raise ValueError("must be a number") from None
-    if not math.isfinite(number):
-        raise ValueError("must be a finite number")
-    if abs(number) > LARGEST:
-        raise ValueError(f"must be at most {LARGEST:g} in size")
-    return number + 0.0  # -0.0 becomes 0.0: equal scenes have equal hashes
-
-
-def _count(value: Any) -> int:
-    number = _number(value)
-    if not number.is_integer():
-        raise ValueError("must be a whole number, or a list of numbers")
-    return int(number)
-
-
-def _pair(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise ValueError("must be two numbers in brackets, such as [0, 10]")
-    return value
+from cfmpm.scene.quantities import (
+    LARGEST_LENGTH,
+    Coordinate,
+    Count,
+    Length,
+    Name,
+    Number,
+    Point,
+    Positive,
+    Vector,
+)
 
 
 def _box(value: Any) -> Any:
@@ -77,15 +50,6 @@ def _vertex(value: Any) -> Any:
 def _refusal(key: str, reason: str) -> PydanticCustomError:
     """What a model's validator raises; `key` names the field at fault, "" the model itself."""
     return PydanticCustomError("refused", "{reason}", {"key": key, "reason": reason})
-
-
-Number = Annotated[float, BeforeValidator(_number)]
-Positive = Annotated[Number, Field(gt=0)]
-Length = Annotated[Number, Field(gt=0, le=LARGEST_LENGTH)]
-Coordinate = Annotated[Number, Field(ge=-LARGEST_LENGTH, le=LARGEST_LENGTH)]
-Vector = Annotated[tuple[Number, Number], BeforeValidator(_pair)]
-Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_pair)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
 
 
 class Model(BaseModel):
@@ -390,7 +354,7 @@ class Fracture(Model):
     """What is evaluated at the crack tips."""
 
     radii: Annotated[
-        Annotated[int, BeforeValidator(_count), Field(ge=1, le=20), Tag("(count)")]
+        Annotated[Count, Field(ge=1, le=20), Tag("(count)")]
         | Annotated[list[Length], Field(min_length=1, max_length=20), Tag("(list)")],
         Discriminator(_list_or_count),
     ] = Field(

@@ -10,11 +10,9 @@ from itertools import chain
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body, tip_points
 from cfmpm.scene.model import Geometry, Grading, MeshFile, Scene
-from cfmpm.scene.rules_body import broken_lines, misplaced_holes, misplaced_regions
+from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
 from cfmpm.scene.rules_load import contradictions, misplaced_loads, unknown_edges
-
-Finding = tuple[str, str]
 
 # A triangulation beyond this does not fit into the memory of one machine.
 MOST_TRIANGLES = 2e7

@@ -11,7 +11,7 @@ from cfmpm.scene.geometry import CLEAR, ON, Body, polygon_of, shape_of
 from cfmpm.scene.model import Circle, Geometry, Hole, Region, Vertex
 from cfmpm.scene.shapes import XY
 
-Finding = tuple[str, str]
+Finding = tuple[str, str]  # dotted key in the expanded scene, and reason
 
 
 def broken_lines(geometry: Geometry) -> Iterator[Finding]:

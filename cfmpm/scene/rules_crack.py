@@ -11,10 +11,8 @@ from shapely import LineString, Point
 
 from cfmpm.scene.geometry import CLEAR, ON, Body
 from cfmpm.scene.model import Crack
-from cfmpm.scene.rules_body import at
+from cfmpm.scene.rules_body import Finding, at
 from cfmpm.scene.shapes import XY
-
-Finding = tuple[str, str]
 
 # A crack may leave the boundary at an angle of no less than some three degrees.
 LONGEST_NEAR_MOUTH = 20 * CLEAR

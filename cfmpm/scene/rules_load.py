@@ -9,9 +9,7 @@ from shapely import Point, box
 from cfmpm.errors import did_you_mean
 from cfmpm.scene.geometry import CLEAR, ON, Body
 from cfmpm.scene.model import Load, Scene
-from cfmpm.scene.rules_body import at
-
-Finding = tuple[str, str]
+from cfmpm.scene.rules_body import Finding, at
 
 
 def unknown_edges(scene: Scene) -> Iterator[Finding]:

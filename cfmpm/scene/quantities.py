@@ -1,0 +1,56 @@
+"""Numbers, points and names as the fields of a scene take them; lengths in mm."""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+# Larger numbers are slips of the pen, and their squares overflow: no load needs them, and a body
+# has at most a thousand kilometres.
+LARGEST = 1e30
+LARGEST_LENGTH = 1e9
+
+
+def _number(value: Any) -> float:
+    """Refuse booleans and non-finite numbers, which pydantic would take for floats."""
+    if isinstance(value, bool):
+        raise ValueError("must be a number, not true or false")
+    if not isinstance(value, str | Real):
+        raise ValueError("must be a number")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    except ValueError:
+        raise ValueError("must be a number") from None
+    if not math.isfinite(number):
+        raise ValueError("must be a finite number")
+    if abs(number) > LARGEST:
+        raise ValueError(f"must be at most {LARGEST:g} in size")
+    return number + 0.0  # -0.0 becomes 0.0: equal scenes have equal hashes
+
+
+def _pair(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError("must be two numbers in brackets, such as [0, 10]")
+    return value
+
+
+def _count(value: Any) -> int:
+    number = _number(value)
+    if not number.is_integer():
+        raise ValueError("must be a whole number, or a list of numbers")
+    return int(number)
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Positive = Annotated[Number, Field(gt=0)]
+Length = Annotated[Number, Field(gt=0, le=LARGEST_LENGTH)]
+Coordinate = Annotated[Number, Field(ge=-LARGEST_LENGTH, le=LARGEST_LENGTH)]
+Vector = Annotated[tuple[Number, Number], BeforeValidator(_pair)]
+Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_pair)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
+Count = Annotated[int, BeforeValidator(_count)]
