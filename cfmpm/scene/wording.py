@@ -52,7 +52,8 @@ def _reasons(detail: ErrorDetails, key: Key) -> Iterator[tuple[Key, str]]:
     kind, ctx, value = detail["type"], detail.get("ctx", {}), detail["input"]
     name = str(detail["loc"][-1]) if detail["loc"] else ""
     if kind == "missing":
-        yield (*key, name), "is missing"
+        meaning = _model_at(detail["loc"][:-1]).model_fields[name].description
+        yield (*key, name), f"is missing: {meaning}" if meaning else "is missing"
     elif kind == "extra_forbidden":
         fields = _model_at(detail["loc"][:-1]).model_fields
         yield key, "unknown key" + did_you_mean(name, fields)

@@ -160,7 +160,7 @@ MATERIALS = [
     ({"E": 1, "nu": -1}, "material.nu", "must be greater than -1; got -1"),
     ({"E": 1, "nu": 0, "g_c": 0}, "material.g_c", "must be greater than 0; got 0"),
     ({"E": 1, "nu": 0, "gc": 1}, "material.gc", "unknown key; did you mean g_c?"),
-    ({"E": 1}, "material.nu", "is missing"),
+    ({"E": 1}, "material.nu", "is missing: Poisson's ratio"),
     ({"E": np.True_, "nu": 0}, "material.E", "must be a number"),
     ({"E": 1 + 2j, "nu": 0}, "material.E", "must be a number"),
     ({"E": 10**5000, "nu": 0}, "material.E", "must be a finite number; got a number of thousands"),
