@@ -1,6 +1,17 @@
-"""Pictures: functions that take data and an axes and return the axes, and writers of files."""
+"""Pictures: functions that take data and an axes and return the axes."""
 
+from cfmpm.plotting.deformed import draw_deformed
 from cfmpm.plotting.mesh import Mesh, draw_cracks, draw_grid
+from cfmpm.plotting.scene import draw_scene
+from cfmpm.plotting.style import picture
 from cfmpm.plotting.tip import draw_tip_forces
 
-__all__ = ["Mesh", "draw_cracks", "draw_grid", "draw_tip_forces"]
+__all__ = [
+    "Mesh",
+    "draw_cracks",
+    "draw_deformed",
+    "draw_grid",
+    "draw_scene",
+    "draw_tip_forces",
+    "picture",
+]

@@ -15,16 +15,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from cfmpm.grid import Floats
+
 # Okabe and Ito (2008): told apart by every kind of colour vision.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
 GREEN = "#009E73"
-YELLOW = "#F0E442"
 BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "#8C8C8C"
+LIGHT_GREY = "#C4C4C4"
+
+# Tints of the body and of its regions.
+REGIONS = ("#F2F2F2", "#CFE6F5", "#FBE3B5", "#CDEBDD", "#F3D9E6")
 
 STRESS_MAP = "viridis"
 
@@ -78,13 +83,33 @@ def panels(
         write_figure(figure, path)
 
 
+def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
+    """Size of a figure that holds a body without empty margins.
+
+    Parameters
+    ----------
+    nodes : (n, 2) float
+        [mm].
+    beside : float
+        Width left for what stands beside the axes [inch].
+
+    Returns
+    -------
+    (float, float)
+        Width and height [inch].
+    """
+    width, height = np.ptp(nodes, axis=0)
+    scale = min(5.5 / width, 6.0 / height)
+    return max(scale * width + 1.0 + beside, 4.8), max(scale * height, 1.2) + 1.2
+
+
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure aside and rename it, so that no half file is ever seen."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
         aside = Path(folder) / path.name
-        figure.savefig(aside, dpi=RESOLUTION)
+        figure.savefig(aside, dpi=RESOLUTION, bbox_inches="tight", pad_inches=0.08)
         os.replace(aside, path)
 
 

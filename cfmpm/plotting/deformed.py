@@ -1,0 +1,105 @@
+"""Pictures of the deformed grid with its stress."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+
+from cfmpm.plotting.mesh import Mesh
+from cfmpm.plotting.style import BLACK, GREY, STRESS_MAP, length_axes
+
+# The largest displacement is drawn as about this part of the size of the body.
+SHOWN = 0.05
+# Stress is singular at a tip: this part of the area keeps its own colour.
+COLOURED = 0.98
+
+
+def draw_deformed(axes: Axes, fields: xr.Dataset, stress: str = "von_mises") -> Axes:
+    """Draw the deformed grid with a stress as colour.
+
+    Parameters
+    ----------
+    axes : Axes
+    fields : xarray.Dataset
+        From :func:`cfmpm.fields.build_fields`, or read back from its file.
+    stress : str
+        A variable on the faces.
+
+    Returns
+    -------
+    Axes
+        Its title states the factor on the displacements and the highest stress, which lies beyond
+        the colour bar; dotted lines are the undeformed boundary.
+    """
+    mesh, last = Mesh.of_fields(fields), fields.isel(time=-1)
+    u = np.column_stack([last["u_x"], last["u_y"]])
+    factor = magnification(u, mesh.nodes)
+    moved = mesh.nodes + factor * u
+    values = last[stress].values
+    low, high = _colour_limits(values, mesh)
+    inner, outer = mesh.edges()
+
+    faces = PolyCollection(list(moved[mesh.faces]), cmap=STRESS_MAP, edgecolors="face", lw=0.1)
+    faces.set_array(values)
+    faces.set_clim(low, high)
+    axes.add_collection(faces)
+    axes.add_collection(
+        LineCollection(list(moved[inner]), colors="white", linewidths=0.25, alpha=0.35)
+    )
+    axes.add_collection(LineCollection(list(moved[outer]), colors=BLACK, linewidths=0.7))
+    axes.add_collection(
+        LineCollection(list(mesh.nodes[outer]), colors=GREY, linewidths=0.7, linestyles=":")
+    )
+    axes.autoscale_view()
+    length_axes(axes)
+    said = fields[stress].attrs
+    below, above = values.min() < low, values.max() > high
+    extend = {(False, False): "neither", (True, True): "both"}.get(
+        (bool(below), bool(above)), "max" if above else "min"
+    )
+    axes.figure.colorbar(
+        faces, ax=axes, label=f"{said['long_name']} [{said['units']}]", extend=extend, shrink=0.8
+    )
+    axes.set_title(
+        f"displacement × {factor:g}, largest {np.hypot(*u.T).max():.3g} mm\n"
+        f"{stress} from {values.min():.4g} to {values.max():.4g} {said['units']}"
+    )
+    return axes
+
+
+def magnification(displacement: np.ndarray, nodes: np.ndarray) -> float:
+    """Return the factor on displacements at which they can be seen.
+
+    Parameters
+    ----------
+    displacement : (n, 2) float
+        [mm].
+    nodes : (n, 2) float
+        [mm].
+
+    Returns
+    -------
+    float
+        1, 2 or 5 times a power of ten; 1 where nothing moves.
+    """
+    largest = float(np.hypot(*displacement.T).max())
+    if largest == 0.0:
+        return 1.0
+    wanted = SHOWN * float(np.ptp(nodes, axis=0).max()) / largest
+    power = 10.0 ** math.floor(math.log10(wanted))
+    return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-9))
+
+
+def _colour_limits(values: np.ndarray, mesh: Mesh) -> tuple[float, float]:
+    """The range of values on all but the most strained part of the area."""
+    a, b, c = (mesh.nodes[mesh.faces[:, k]] for k in range(3))
+    area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    order = np.argsort(values)
+    share = np.cumsum(area[order]) / area.sum()
+    margin = 0.5 * (1.0 - COLOURED)
+    low, high = np.searchsorted(share, [margin, 1.0 - margin])
+    return float(values[order[low]]), float(values[order[min(high, len(values) - 1)]])
