@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-from shapely import Point
+from shapely import contains_xy
 
 from cfmpm.errors import MeshError
 from cfmpm.grid import Floats, Ints, Triangulation
@@ -190,15 +190,11 @@ def _node_at(point: XY, raw: Raw) -> int:
 
 def _regions(geometry: Geometry, frame: Frame, raw: Raw) -> Ints:
     """The region of each triangle; where regions overlap the last one counts."""
-    index = np.zeros(raw.surfaces.max() + 1, dtype=np.int64)
-    areas = signed_areas(raw.nodes, raw.triangles)
-    polygons = [polygon_of(shape_of(region)) for region in geometry.regions]
-    if polygons:
-        for surface in range(len(index)):
-            # The largest triangle, since the chords of a small one may leave an arc.
-            largest = np.argmax(np.where(raw.surfaces == surface, areas, 0))
-            inside = Point(frame.back(raw.nodes[raw.triangles[largest]].mean(axis=0)))
-            for i, polygon in enumerate(polygons, 1):
-                if polygon.contains(inside):
-                    index[surface] = i
+    # The largest triangle of each face stands for it: the chords of a small one may leave an arc.
+    by_size = np.lexsort((signed_areas(raw.nodes, raw.triangles), raw.surfaces))
+    largest = by_size[np.cumsum(np.bincount(raw.surfaces)) - 1]
+    x, y = frame.back(raw.nodes[raw.triangles[largest]].mean(axis=1)).T
+    index = np.zeros(len(largest), dtype=np.int64)
+    for i, region in enumerate(geometry.regions, 1):
+        index[contains_xy(polygon_of(shape_of(region)), x, y)] = i
     return index[raw.surfaces]

@@ -191,6 +191,7 @@ def _set_sizes(gmsh: ModuleType, size: float, seeds: Sequence[Seeds]) -> None:
     field = gmsh.model.mesh.field
     for old in field.list():
         field.remove(old)
+    seeds = [seed for seed in seeds if seed.size < size]
     # Loose points: they get nodes of their own in no triangle, which are dropped afterwards.
     tags = [[_point(gmsh.model.occ, p) for p in seed.points] for seed in seeds]
     gmsh.model.occ.synchronize()
@@ -198,13 +199,12 @@ def _set_sizes(gmsh: ModuleType, size: float, seeds: Sequence[Seeds]) -> None:
     for seed, points in zip(seeds, tags, strict=True):
         distance, cone = field.add("Distance"), field.add("Threshold")
         field.setNumbers(distance, "PointsList", points)
-        smallest = min(seed.size, size)
         for option, value in {
             "InField": distance,
-            "SizeMin": smallest,
+            "SizeMin": seed.size,
             "SizeMax": size,
             "DistMin": 0,
-            "DistMax": (size - smallest) / seed.growth,
+            "DistMax": (size - seed.size) / seed.growth,
         }.items():
             field.setNumber(cone, option, value)
         cones.append(cone)
