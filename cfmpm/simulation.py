@@ -254,6 +254,12 @@ def _warnings(grid: Grid, balance: equilibrium.Equilibrium, domains: list[Domain
         for name, opening in smallest_openings(grid, balance.displacement).items()
         if opening < -1e-6 * largest
     ]
+    if balance.residual_floor > 0.0:
+        found.append(
+            f"the unbalanced force, {balance.residual_norm:.1e} of the largest nodal force, is at "
+            f"the floor that round-off sets ({balance.residual_floor:.1e}): a strong contrast of "
+            "stiffness, or a slender ligament"
+        )
     for tip, domain in zip(grid.tips, domains, strict=True):
         if domain.cut_back:
             found.append(

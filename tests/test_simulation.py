@@ -190,3 +190,33 @@ def test_import_is_light():
         "sys.exit(str(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_a_contrast_of_stiffness_is_solved_to_its_round_off():
+    """A hard inclusion: harder still changes nothing, and the floor of the residual is stated."""
+    found = []
+    for factor in (1e5, 1e7):
+        history = cfmpm.run(
+            plate(
+                family=None,
+                geometry={
+                    "outline": [[0, 0], [50, 0], [50, 80], [0, 80]],
+                    "cracks": [{"points": [[0, 40], [12, 40]]}],
+                    "regions": [
+                        {
+                            "name": "hard",
+                            "circle": {"centre": [30, 40], "radius": 6},
+                            "material": {"E": 1e4 * factor, "nu": 0.3},
+                        }
+                    ],
+                },
+                loads=[
+                    {"edge": "edge_1", "traction": [0, -10]},
+                    {"edge": "edge_3", "traction": [0, 10]},
+                ],
+            )
+        ).history
+        found.append(float(history.J[0, 0]))
+        floor = [text for text in history.attrs["warnings"] if "round-off" in text]
+        assert bool(floor) == (float(history.residual_norm[0]) > 1e-8)
+    assert found[0] == pytest.approx(found[1], rel=1e-4)
