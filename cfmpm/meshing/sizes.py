@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from cfmpm.scene.geometry import Body
+from shapely import LineString, Point
+
+from cfmpm.scene.geometry import Body, tip_points
 from cfmpm.scene.model import Grading, Scene
 
 # Element size per distance, from tips and from whatever else needs small elements.
@@ -26,8 +28,20 @@ def resolved_grading(scene: Scene) -> Grading | None:
     size = mesh_size(scene)
     if size is None or scene.mesh.grading == "uniform":
         return None
-    cracks = Body.of(scene).geometry.cracks
-    if not cracks:
+    tips = tip_points(scene)
+    if not tips:
         return None
-    shortest = min(sum(math.dist(a, b) for a, b in pairwise(c.points)) for c in cracks)
-    return Grading(tip_size=min(size / 100, shortest / 50), growth=GROWTH)
+    room = min(_room(scene, crack, end) for crack, end, _ in tips)
+    # A tip that touches something has no room; six decades are as far as a grid can be graded.
+    return Grading(tip_size=max(min(size / 100, room / 50), 1e-6 * size), growth=GROWTH)
+
+
+def _room(scene: Scene, crack_name: str, end: int) -> float:
+    """Distance from a tip to the boundary, another crack or the far end of its own [mm]."""
+    body = Body.of(scene)
+    lines = {str(crack.name): crack.points for crack in body.geometry.cracks}
+    own = lines.pop(crack_name)
+    tip = Point(own[end])
+    others = [LineString(points) for points in lines.values()]
+    length = sum(math.dist(a, b) for a, b in pairwise(own))
+    return min(length, *(float(tip.distance(line)) for line in (body.polygon.boundary, *others)))
