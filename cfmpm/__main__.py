@@ -1,0 +1,5 @@
+"""``python -m cfmpm``."""
+
+from cfmpm.cli import main
+
+main()

@@ -1,0 +1,201 @@
+"""What a run or a check says at its end, as plain text of at most 100 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from cfmpm.simulation import Prepared, Result
+
+WIDTH = 100
+# Name in the history, what it is called, and its unit.
+_OF_TIPS = (
+    ("G", "G", "N/mm"),
+    ("J", "J", "N/mm"),
+    ("cf_norm", "|CF|", "N/mm"),
+    ("cf_angle", "angle of CF from the crack", "deg"),
+    ("K_I", "K_I", "MPa mm^0.5"),
+    ("K_II", "K_II", "MPa mm^0.5"),
+    ("T_stress", "T-stress", "MPa"),
+    ("kink_angle", "kink angle, largest hoop stress", "deg"),
+    ("critical_load_factor", "load at fracture / this load", ""),
+)
+_TIPS_ABREAST = 2
+
+
+def of_run(result: Result, written: Sequence[Path]) -> str:
+    """Sum up a run.
+
+    Parameters
+    ----------
+    result : Result
+    written : sequence of Path
+        The files it was written to.
+    """
+    history = result.history.isel(step=-1)
+    blocks = [_heading(result)]
+    tips = [str(name) for name in history["tip"].values]
+    for first in range(0, len(tips), _TIPS_ABREAST):
+        blocks.append(_tip_table(history, tips[first : first + _TIPS_ABREAST]))
+    if tips and history.sizes["radius"] > 1:
+        blocks.append(
+            f"In brackets: largest less smallest over {history.sizes['radius']} domain radii; the "
+            "error of the grid comes on top."
+        )
+    blocks += _warnings(history)
+    seconds = {str(t["phase"].values): float(t) for t in history["wall_time"]}
+    iterations = history.attrs["linear_iterations"]
+    facts = [
+        *_sizes(result),
+        ("unknowns", f"{int(history['n_unknowns'])}"),
+        (
+            "solver",
+            f"{history.attrs['solver']}, "
+            + (f"{iterations} iterations, " if iterations else "")
+            + f"residual {float(history['residual_norm']):.1e} of the largest nodal force",
+        ),
+        ("energy", f"strain energy {float(history['strain_energy']):.6g} N mm per mm"),
+        (
+            "time",
+            ", ".join(f"{phase} {s:.2f}" for phase, s in seconds.items())
+            + f"; in all {sum(seconds.values()):.2f} s",
+        ),
+        *_list("left out", history.attrs["left_out"]),
+        *_list("written", [str(path) for path in written]),
+    ]
+    return "\n\n".join([*blocks, _facts(facts)])
+
+
+def of_check(start: Prepared, solver: str, left_out: Sequence[str], written: Path) -> str:
+    """Sum up a scene before it is solved.
+
+    Parameters
+    ----------
+    start : Prepared
+    solver : str
+        That would be taken.
+    left_out : sequence of str
+    written : Path
+        The picture.
+    """
+    tips = [
+        (
+            f"tip {tip.name}" if i == 0 else f"    {tip.name}",
+            f"at {_place(*start.grid.nodes[tip.node])} mm; "
+            f"domain radii {', '.join(f'{radius:.4g}' for radius in domain.radii)} mm"
+            f"{' (cut back)' if domain.cut_back else ''}; "
+            f"clearance {domain.clearance:.4g} mm; element size {tip.h:.3g} mm",
+        )
+        for i, (tip, domain) in enumerate(zip(start.grid.tips, start.domains, strict=True))
+    ]
+    facts = [
+        *_sizes(start),
+        ("unknowns", f"{int((~start.loading.prescribed).sum())}"),
+        ("solver", solver),
+        *tips,
+        *_list("left out", left_out),
+        ("written", str(written)),
+    ]
+    return f"{_heading(start)}\n\n{_facts(facts)}"
+
+
+def _warnings(history: xr.Dataset) -> list[str]:
+    """What spoils the values of a tip."""
+    tips, found = history["tip"].values, []
+    closed = [str(tip) for tip in tips[history["K_I"].values < 0.0]]
+    if closed:
+        found.append(
+            f"K_I < 0 at {', '.join(closed)}: the crack faces overlap there; contact is left out, "
+            "and the values of these tips do not hold."
+        )
+    if len(tips):
+        cut = np.atleast_1d(history.attrs["domain_cut_back"]).astype(bool)
+        if cut.any():
+            found.append(
+                f"Domain radii cut back to the room around {', '.join(map(str, tips[cut]))}."
+            )
+    return ["\n".join(textwrap.wrap(text, WIDTH)) for text in found]
+
+
+def _heading(of: Prepared | Result) -> str:
+    scene = of.scene
+    text = f"{scene.name}: {scene.description}" if scene.description else scene.name
+    return "\n".join(textwrap.wrap(text, WIDTH))
+
+
+def _sizes(of: Prepared | Result) -> list[tuple[str, str]]:
+    grid, held = of.grid, of.loading.held
+    facts = [
+        (
+            "grid",
+            f"{len(grid.elements)} triangles {of.scene.mesh.element}, {len(grid.nodes)} nodes",
+        ),
+        ("points", f"{len(of.points)}"),
+    ]
+    if held:
+        facts.append(("supports", f"{held} rigid motions, on which no load works, held at nodes"))
+    return facts
+
+
+def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
+    """Quantities down, tips across; each value with its spread."""
+    rows = [["", *(_shortened(tip) for tip in tips)]]
+    at = history.sel(tip=list(tips))
+    places = zip(at["tip_x"].values, at["tip_y"].values, strict=True)
+    rows.append(["tip [mm]", *(_place(x, y) for x, y in places)])
+    for name, called, unit in _OF_TIPS:
+        values = at[name].values
+        if np.isnan(values).all():
+            continue
+        spread = (
+            at[f"{name}_spread"].values if f"{name}_spread" in at else np.full(len(tips), np.nan)
+        )
+        form = ".3f" if unit == "deg" else "#.6g"
+        cells = [_with_spread(v, s, form) for v, s in zip(values, spread, strict=True)]
+        rows.append([f"{called} [{unit}]" if unit else called, *cells])
+    radii = at["domain_radius"].values
+    rows.append(["domain radii [mm]", *(_between(tip_radii) for tip_radii in radii)])
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return "\n".join(
+        "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
+
+
+def _place(x: float, y: float) -> str:
+    return f"({x:.6g}, {y:.6g})"
+
+
+def _with_spread(value: float, spread: float, form: str) -> str:
+    text = format(value, form) if np.isfinite(value) else "never" if value > 0 else "-"
+    return text.rjust(12) + (f"  ({spread:.2g})" if np.isfinite(spread) else "")
+
+
+def _between(radii: np.ndarray) -> str:
+    low, high = radii.min(), radii.max()
+    return f"{high:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+
+
+def _shortened(name: str, most: int = 28) -> str:
+    return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
+def _list(title: str, items: Sequence[str]) -> list[tuple[str, str]]:
+    return [(title if i == 0 else "", item) for i, item in enumerate(items)]
+
+
+def _facts(facts: Sequence[tuple[str, str]]) -> str:
+    """Two columns; what is too long for its line goes on below itself."""
+    margin = min(max(len(name) for name, _ in facts) + 2, 30)
+    lines = []
+    for name, text in facts:
+        wrapped = textwrap.wrap(
+            text, WIDTH - margin, break_long_words=False, break_on_hyphens=False
+        )
+        lines.append(name.ljust(margin) + wrapped[0])
+        lines.extend(" " * margin + line for line in wrapped[1:])
+    return "\n".join(lines)
