@@ -54,7 +54,11 @@ class CrackTip:
     name : str
         The crack's name; with ``_start`` or ``_end`` where both its ends are tips.
     crack : str
+    end : {0, -1}
+        Whether it is the first or the last node of the crack.
     node : int
+    path : (k, 2) float
+        Corners of the crack line from the tip backwards [mm].
     tangent : (2,) float
         Unit vector out of the crack.
     h : float
@@ -65,7 +69,9 @@ class CrackTip:
 
     name: str
     crack: str
+    end: int
     node: int
+    path: Floats
     tangent: Floats
     h: float
     straight: float
@@ -218,11 +224,18 @@ def _tips(
     offsets: Ints,
     half_edges: Ints,
 ) -> list[CrackTip]:
-    """Find the ends of one crack that lie inside the body."""
+    """Find the ends of one crack that lie inside the body and on no crack."""
     nodes, triangles = triangulation.nodes, triangulation.triangles
     line = np.concatenate([pairs[:, 0], pairs[-1:, 1]])
+    met = np.concatenate(
+        [line, *(p.ravel() for other, p in triangulation.cracks.items() if other != name)]
+    )
     ends = {"start": line[::-1], "end": line}
-    inside = {end: path for end, path in ends.items() if not on_boundary[path[-1]]}
+    inside = {
+        end: path
+        for end, path in ends.items()
+        if not on_boundary[path[-1]] and np.count_nonzero(met == path[-1]) == 1
+    }
     tips = []
     for end, path in inside.items():
         tip = path[-1]
@@ -237,7 +250,9 @@ def _tips(
             CrackTip(
                 name=f"{name}_{end}" if len(inside) == 2 else name,
                 crack=name,
+                end=0 if end == "start" else -1,
                 node=int(tip),
+                path=nodes[path[::-1]],
                 tangent=tangent,
                 h=float(np.hypot(*(rim - nodes[tip]).T).mean()),
                 straight=float(distance[bent[0] - 1] if bent.size else distance[-1]),

@@ -16,6 +16,9 @@ FILL = 0.9
 # sqrt(r), loses its digits closer to the tip.
 REACH = 20.0
 SHARE = 0.25
+# Around a running tip: below 2.5 sizes the fields are those of the tip elements, above 5 the bends
+# of the crack count (design study, 5.2 to 5.5).
+REACH_GROWING = 5.0
 # A domain of fewer element sizes than this holds little but the tip elements, whose fields are
 # wrong by a tenth and more.
 RESOLVED = 4.0
@@ -40,7 +43,9 @@ class Domains:
     cut_back: bool
 
 
-def choose_domains(grid: Grid, tip: CrackTip, wanted: int | Sequence[float]) -> Domains:
+def choose_domains(
+    grid: Grid, tip: CrackTip, wanted: int | Sequence[float], *, growing: bool = False
+) -> Domains:
     """Choose the domain radii of a tip.
 
     Parameters
@@ -49,18 +54,22 @@ def choose_domains(grid: Grid, tip: CrackTip, wanted: int | Sequence[float]) -> 
     tip : CrackTip
     wanted : int or sequence of float
         How many radii are to be chosen, or the radii themselves [mm].
+    growing : bool
+        Whether the tip runs: its domain then follows a curved crack, and may hold bends of it.
 
     Returns
     -------
     Domains
         Chosen radii end at 20 element sizes of the tip or a quarter of the clearance, whichever
         is larger, but at most at 0.9 of the clearance; they start at half of that. Radii asked
-        for are cut back to 0.9 of the clearance.
+        for are cut back to 0.9 of the clearance. Around a running tip they end at 5 element
+        sizes, as far as one direction of the crack makes sense.
     """
-    clearance = tip_clearance(grid, tip)
+    clearance = tip_clearance(grid, tip, growing=growing)
     largest = FILL * clearance
     if isinstance(wanted, int):
-        reach = min(max(REACH * tip.h, SHARE * clearance), largest)
+        reach = REACH_GROWING * tip.h if growing else max(REACH * tip.h, SHARE * clearance)
+        reach = min(reach, largest)
         return Domains(tuple(float(r) for r in reach * _fractions(wanted)), clearance, False)
     radii = tuple(min(radius, largest) for radius in wanted)
     return Domains(radii, clearance, radii != tuple(wanted))
@@ -70,14 +79,15 @@ def _fractions(count: int) -> Floats:
     return np.linspace(0.5, 1.0, count) if count > 1 else np.ones(1)
 
 
-def tip_clearance(grid: Grid, tip: CrackTip) -> float:
+def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
     """Return the distance from a tip to what a domain around it must not hold [mm].
 
     That is the outline, a hole, another crack, a bend or the other end of its own crack, the
     border of another material, and a point at which a force or a support acts.
     """
     x = grid.nodes[tip.node]
-    distances = [tip.straight]
+    # A growing crack bends all the time: what counts is the other end of its line.
+    distances = [float(np.hypot(*(tip.path[-1] - x))) if growing else tip.straight]
     obstacles = [edges[:, :2] for edges in grid.edges.values()]
     for name, faces in grid.crack_faces.items():
         if name != tip.crack:

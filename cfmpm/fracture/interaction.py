@@ -43,7 +43,9 @@ def intensity_factors(
         Lame's constants of the material in the ring [MPa].
     tip : CrackTip
     q : (n,) float
-        From `cf.ring_weight`. The ring lies in one material, and the crack in it is straight.
+        From `cf.ring_weight`. The ring lies in one material. The crack in it may be kinked: the
+        angle of the auxiliary fields then jumps at the real faces, while what the faces
+        themselves add, which vanishes with the ring, is left out.
     body_force : (2,) float
         [N/mm^3].
 
@@ -56,6 +58,7 @@ def intensity_factors(
     modulus = plane_modulus(*lame)
     # Only points with a node inside the ring can add anything.
     inside = np.flatnonzero((q[grid.elements[:, :3]] > 0.0).any(axis=1)[points.element])
+    r, theta = polar_coordinates(tip, points.position[inside])
     integrals = eshelby.interaction_integrals(
         grid.nodes,
         grid.elements,
@@ -66,7 +69,8 @@ def intensity_factors(
         points.displacement_gradient[inside],
         points.stress[inside],
         q,
-        grid.nodes[tip.node],
+        r,
+        theta,
         tip.tangent,
         *lame,
         body_force,
@@ -78,3 +82,39 @@ def intensity_factors(
         T_stress=float(modulus * integrals[2]),
         G=float((k_1**2 + k_2**2) / modulus),
     )
+
+
+def polar_coordinates(tip: CrackTip, x: Floats) -> tuple[Floats, Floats]:
+    """Return distance from the tip and angle from its tangent, continuous up to the crack's faces.
+
+    Parameters
+    ----------
+    tip : CrackTip
+    x : (k, 2) float
+        [mm].
+
+    Returns
+    -------
+    r : (k,) float
+        [mm].
+    theta : (k,) float
+        [rad]; beyond +-pi between the faces of a kinked crack and the extension of its end.
+    """
+    away = x - tip.path[0]
+    t = tip.tangent
+    theta = np.arctan2(t[0] * away[:, 1] - t[1] * away[:, 0], away @ t)
+    starts, ahead = tip.path[1:], tip.path[:-1] - tip.path[1:]
+    # Which side of the crack a point is on is that of the segment nearest to it.
+    nearest = np.full(len(x), np.inf)
+    side = np.zeros(len(x))
+    for start, along in zip(starts, ahead, strict=True):
+        to = x - start
+        part = np.clip(to @ along / (along @ along), 0.0, 1.0)
+        gap = np.hypot(*(to - part[:, None] * along).T)
+        closer = gap < nearest
+        nearest[closer] = gap[closer]
+        side[closer] = np.sign(along[0] * to[closer, 1] - along[1] * to[closer, 0])
+    behind = np.abs(theta) > 0.5 * np.pi
+    theta = theta + 2.0 * np.pi * behind * ((side > 0) & (theta < 0))
+    theta = theta - 2.0 * np.pi * behind * ((side < 0) & (theta > 0))
+    return np.hypot(*away.T), theta

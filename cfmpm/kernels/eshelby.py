@@ -144,7 +144,8 @@ def interaction_integrals(
     displacement_gradient,
     stress,
     q,
-    tip,
+    r,
+    theta,
     tangent,
     lam,
     mu,
@@ -169,7 +170,9 @@ def interaction_integrals(
     stress : (p, 3) float
     q : (n,) float
         Weight of each node: 1 inside the ring, 0 outside; linear along each edge.
-    tip, tangent : (2,) float
+    r, theta : (p,) float
+        Distance from the tip [mm] and angle from its tangent [rad].
+    tangent : (2,) float
     lam, mu : float
         Lame's constants in the ring [MPa].
     density : (2,) float
@@ -214,11 +217,8 @@ def interaction_integrals(
         s11 = t1 * t1 * sxx + 2.0 * t1 * t2 * sxy + t2 * t2 * syy
         s22 = t2 * t2 * sxx - 2.0 * t1 * t2 * sxy + t1 * t1 * syy
         s12 = t1 * t2 * (syy - sxx) + (t1 * t1 - t2 * t2) * sxy
-        dx, dy = position[p, 0] - tip[0], position[p, 1] - tip[1]
-        x1, x2 = t1 * dx + t2 * dy, -t2 * dx + t1 * dy
-        r, theta = math.hypot(x1, x2), math.atan2(x2, x1)
         for mode in range(3):
-            a11, a12, a21, a22 = auxiliary_gradient(mode, r, theta, lam, mu)
+            a11, a12, a21, a22 = auxiliary_gradient(mode, r[p], theta[p], lam, mu)
             trace = lam * (a11 + a22)
             z11 = trace + 2.0 * mu * a11
             z22 = trace + 2.0 * mu * a22

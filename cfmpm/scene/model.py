@@ -368,6 +368,28 @@ class Fracture(Model):
         return self
 
 
+class Growth(Model):
+    """How the cracks grow."""
+
+    control: Literal["load", "crack"] = Field(
+        "load",
+        description="load: at the load of the scene, until no tip runs; crack: at the load that "
+        "makes the criterion just met, increment by increment",
+    )
+    criterion: Literal["energy_release_rate", "cf_norm"] = Field(
+        "energy_release_rate", description="what is compared with g_c; cf_norm is the paper's"
+    )
+    direction: Literal["max_hoop", "max_energy", "cf"] = Field(
+        "max_hoop", description="where a crack turns to; cf is the paper's"
+    )
+    tips: Literal["all", "largest"] = Field(
+        "all", description="which of the tips that meet the criterion run in an increment"
+    )
+    increments: Annotated[Count, Field(ge=1, le=100_000)] = Field(
+        200, description="after how many increments to end at the latest"
+    )
+
+
 class Output(Model):
     """What is written besides the history."""
 
@@ -392,6 +414,7 @@ class Scene(Model):
     mesh: Mesh = Mesh()
     solver: Literal["auto", "cholmod", "superlu", "amg"] = "auto"
     fracture: Fracture = Fracture()
+    growth: Growth | None = Field(None, description="left out: the cracks do not grow")
     output: Output = Output()
 
     @model_validator(mode="after")
