@@ -99,8 +99,6 @@ def run(
 
     Example: cfmpm run configs/paper/single_edge_crack.yaml --set mesh.size=10
     """
-    if verbose:
-        logging.basicConfig(level=logging.INFO, format="%(message)s", force=True)
     from cfmpm import simulation, summary
     from cfmpm.results import write_dataset
     from cfmpm.scene import load_scene
@@ -108,7 +106,7 @@ def run(
     scene = load_scene(scene_file, _overrides(set_))
     folder = output or Path("results") / scene.name
     bar = not (quiet or verbose)
-    with _progress(simulation.PHASES, visible=bar) as announce:
+    with _log_shown(verbose), _progress(simulation.PHASES, visible=bar) as announce:
         result = simulation.run(scene, announce)
     written = [folder / "history.nc"]
     write_dataset(result.history, written[0])
@@ -226,6 +224,23 @@ def _overrides(texts: list[str] | None) -> dict[str, Any]:
     if problems:
         raise SceneError(problems)
     return values
+
+
+@contextmanager
+def _log_shown(wanted: bool) -> Iterator[None]:
+    """Show what the package logs on stderr, as long as the ``with`` block runs."""
+    if not wanted:
+        yield
+        return
+    package, handler = logging.getLogger("cfmpm"), logging.StreamHandler()
+    level = package.level
+    package.addHandler(handler)
+    package.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        package.setLevel(level)
+        package.removeHandler(handler)
 
 
 @contextmanager

@@ -148,7 +148,6 @@ def _topology() -> dict[str, Any]:
         "topology_dimension": 2,
         "node_coordinates": "node_x node_y",
         "face_node_connectivity": "face_nodes",
-        "node_dimension": "node",
         "face_dimension": "face",
     }
 
@@ -166,6 +165,7 @@ def _coordinates(result: Result) -> dict[str, Any]:
     }
     for i, axis in enumerate("xy"):
         x, position = result.grid.nodes[:, i], result.points.position[:, i]
+        # xugrid and VTK ask for the standard name, and take mm as well as m.
         coordinates[f"node_{axis}"] = (
             "node",
             x,

@@ -83,20 +83,17 @@ def of_check(start: Prepared, solver: str, left_out: Sequence[str], written: Pat
         The picture.
     """
     tips = [
-        (
-            f"tip {tip.name}" if i == 0 else f"    {tip.name}",
-            f"at {_place(*start.grid.nodes[tip.node])} mm; "
-            f"domain radii {', '.join(f'{radius:.4g}' for radius in domain.radii)} mm"
-            f"{' (cut back)' if domain.cut_back else ''}; "
-            f"clearance {domain.clearance:.4g} mm; element size {tip.h:.3g} mm",
-        )
-        for i, (tip, domain) in enumerate(zip(start.grid.tips, start.domains, strict=True))
+        f"{tip.name} at {_place(*start.grid.nodes[tip.node])} mm: element size {tip.h:.3g}, "
+        f"clearance {domain.clearance:.4g}, "
+        f"domain radii {', '.join(f'{radius:.4g}' for radius in domain.radii)} mm"
+        f"{' (cut back)' if domain.cut_back else ''}"
+        for tip, domain in zip(start.grid.tips, start.domains, strict=True)
     ]
     facts = [
         *_sizes(start),
         ("unknowns", f"{int((~start.loading.prescribed).sum())}"),
         ("solver", solver),
-        *tips,
+        *_list("tips", tips),
         *_list("left out", left_out),
         ("written", str(written)),
     ]
@@ -190,7 +187,7 @@ def _list(title: str, items: Sequence[str]) -> list[tuple[str, str]]:
 
 def _facts(facts: Sequence[tuple[str, str]]) -> str:
     """Two columns; what is too long for its line goes on below itself."""
-    margin = min(max(len(name) for name, _ in facts) + 2, 30)
+    margin = max(len(name) for name, _ in facts) + 2
     lines = []
     for name, text in facts:
         wrapped = textwrap.wrap(

@@ -3,7 +3,7 @@
     python workflows/benchmarks/solvers.py results/benchmarks/solvers.nc 1e4 1e5 --order 1
 
 The mesh is graded towards the tip. Every solver runs in a process of its own. Times are CPU
-seconds; memory is what the process grew by beyond the peak of the assembly.
+seconds; memory is by how much the solver raised the peak of its process.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def plate(n: float, order: int) -> tuple[csr_array, NDArray[np.float64], NDArray
     """Stiffness, load and rigid body modes with about `n` unknowns."""
     element = skfem.ElementTriP1() if order == 1 else skfem.ElementTriP2()
     size = order * 1.2 * np.sqrt(WIDTH * HEIGHT / (n / 2))
-    for _ in range(2):  # once to learn what the grading costs
+    for _ in range(2):  # the first time to learn what the grading costs
         basis = skfem.Basis(mesh(size), skfem.ElementVector(element))
         size *= np.sqrt(basis.N / n)
     K = csr_array(linear_elasticity(*lame_parameters(210e3, 0.3)).assemble(basis))
@@ -73,9 +73,10 @@ def plate(n: float, order: int) -> tuple[csr_array, NDArray[np.float64], NDArray
     return K, load[free], solvers.rigid_body_modes(nodes, free)
 
 
-def measure(name: str, n: float, order: int) -> dict[str, float]:
+def measure(
+    name: str, K: csr_array, b: NDArray[np.float64], modes: NDArray[np.float64]
+) -> dict[str, float]:
     """Factor, refactor and solve once."""
-    K, b, modes = plate(n, order)
     solvers.select(1, name).factor(csr_array(np.eye(1)), np.ones((1, 3)))  # imports
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     times = [time.process_time()]
@@ -101,16 +102,17 @@ def main() -> None:
     parser.add_argument("--solvers", nargs="+", default=[*solvers.SOLVERS])
     args = parser.parse_args()
     names = [name for name in args.solvers if solvers.available(name)]
-    rows = []
-    for name in names:
-        for n in args.sizes:
+    rows = {}
+    for n in args.sizes:
+        system = plate(n, args.order)
+        for name in names:
             with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as alone:
-                rows.append(alone.submit(measure, name, n, args.order).result())
+                rows[name, n] = alone.submit(measure, name, *system).result()
     data = xr.Dataset(
         {
             key: (
                 ("solver", "size"),
-                np.reshape([row[key] for row in rows], (len(names), -1)),
+                [[rows[name, n][key] for n in args.sizes] for name in names],
                 {"units": unit},
             )
             for key, unit in UNITS.items()

@@ -1,0 +1,211 @@
+"""Pictures by the data in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.patches import Circle
+from matplotlib.quiver import Quiver
+from structured import rectangle
+
+from cfmpm.fields import build_fields
+from cfmpm.grid import Grid, build_grid
+from cfmpm.plotting import (
+    Mesh,
+    draw_deformed,
+    draw_grid,
+    draw_scene,
+    draw_tip_forces,
+    picture,
+)
+from cfmpm.plotting.deformed import magnification
+from cfmpm.plotting.files import save_deformed, save_scene, save_tip_forces
+from cfmpm.scene import scene_from_dict
+from cfmpm.simulation import Result, run
+
+
+@pytest.fixture
+def axes() -> Axes:
+    return Figure().add_subplot()
+
+
+@pytest.fixture(params=["T3", "T6"])
+def cracked(request: pytest.FixtureRequest) -> Grid:
+    return build_grid(rectangle(6, 4, 6.0, 4.0, crack=(2, 0, 3)), request.param)
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    return run(
+        scene_from_dict(
+            {
+                "name": "plate",
+                "family": {
+                    "kind": "plate_with_holes",
+                    "width": 20,
+                    "height": 10,
+                    "holes": [{"centre": [15, 5], "radius": 2}],
+                    "cracks": [{"points": [[0, 5], [6, 5]]}],
+                },
+                "material": {"E": 210e3, "nu": 0.3},
+                "loads": [
+                    {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
+                    {"edge": "left", "displacement": {"x": 0}},
+                    {"edge": "top", "traction": [0, 5]},
+                    {"edge": "right", "traction": [-5, 0]},
+                    {"edge": "hole_1", "traction": [1, 0]},
+                    {"name": "nudge", "point": [12, 10], "force": [3, 0]},
+                    {"name": "weight", "body_force": [0, -1e-3]},
+                ],
+                "mesh": {"size": 1},
+            }
+        )
+    )
+
+
+@pytest.fixture(scope="module")
+def fields(result: Result) -> xr.Dataset:
+    return build_fields(result)
+
+
+def collections(axes: Axes, kind: type) -> list:
+    return [c for c in axes.collections if isinstance(c, kind)]
+
+
+def arrows(axes: Axes, label: str) -> Quiver:
+    (found,) = (q for q in collections(axes, Quiver) if str(q.get_label()).startswith(label))
+    return found
+
+
+def test_each_edge_of_the_grid_is_drawn_once(axes: Axes, cracked: Grid) -> None:
+    draw_grid(axes, cracked)
+    inner, outer, crack = collections(axes, LineCollection)
+    parts = 2 if cracked.elements.shape[1] == 6 else 1  # a middle node parts a side
+    n_inner = int((cracked.twins >= 0).sum()) // 2
+    n_outer = int((cracked.twins < 0).sum())
+    assert len(inner.get_segments()) == parts * n_inner
+    assert len(outer.get_segments()) == parts * n_outer
+    assert len(crack.get_segments()) == 3
+    (tip,) = (line for line in axes.lines if line.get_marker() == "o")
+    np.testing.assert_array_equal(tip.get_xydata(), [[3.0, 2.0]])
+
+
+def test_length_axes_are_equal_and_have_units(axes: Axes, cracked: Grid) -> None:
+    assert draw_grid(axes, cracked, colour="red") is axes
+    assert axes.get_aspect() == 1.0
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [mm]", "y [mm]")
+    assert axes.get_xlim()[0] <= 0.0
+    assert axes.get_xlim()[1] >= 6.0
+
+
+def test_arrows_at_the_nodes_of_the_domain_and_their_sum(axes: Axes, cracked: Grid) -> None:
+    (tip,) = cracked.tips
+    force = np.random.default_rng(1).normal(size=cracked.nodes.shape)
+    draw_tip_forces(axes, cracked, force, tip, 1.5)
+    near = np.hypot(*(cracked.nodes - [3.0, 2.0]).T) <= 1.5
+    at_nodes, total = arrows(axes, "at "), arrows(axes, "sum over the domain")
+    assert len(at_nodes.U) == near.sum()
+    assert (total.U[0], total.V[0]) == pytest.approx(tuple(force[near].sum(axis=0)))
+    assert total.scale == at_nodes.scale
+    (circle,) = (p for p in axes.patches if isinstance(p, Circle))
+    assert (circle.center, circle.radius) == ((3.0, 2.0), 1.5)
+    assert axes.get_xlim() == pytest.approx((3.0 - 1.725, 3.0 + 1.725))
+
+
+def test_a_tip_without_force(axes: Axes, cracked: Grid) -> None:
+    draw_tip_forces(axes, cracked, np.zeros_like(cracked.nodes), cracked.tips[0], 1.0)
+    axes.figure.draw_without_rendering()
+
+
+def test_loads_and_supports_of_a_scene(axes: Axes, result: Result) -> None:
+    draw_scene(axes, result.scene, result.grid, result.loading, [0.5])
+    _, labels = axes.get_legend_handles_labels()
+    assert {label.split(":")[0] for label in labels} == {load.name for load in result.scene.loads}
+    assert "top: traction (0, 5) MPa" in labels
+    assert "left: u_x = 0 mm" in labels
+    heads = {}
+    for name in ("top", "right", "nudge"):
+        drawn = arrows(axes, name)
+        tails = np.column_stack([drawn.X, drawn.Y])
+        heads[name] = tails, tails + np.column_stack([drawn.U, drawn.V])
+    # The top is pulled: its arrows start there. The right side is pushed: they end there.
+    assert heads["top"][0][:, 1] == pytest.approx(10.0)
+    assert heads["right"][1][:, 0] == pytest.approx(20.0)
+    # The force along the top stands off it.
+    assert heads["nudge"][0][:, 1] > 10.0
+    markers = {str(line.get_label()).split(":")[0]: line.get_marker() for line in axes.lines}
+    assert (markers["bottom"], markers["left"]) == ("s", ">")
+    (circle,) = (p for p in axes.patches if isinstance(p, Circle))
+    assert circle.radius == 0.5
+
+
+def test_arrows_on_a_hole_lie_in_the_hole(axes: Axes, result: Result) -> None:
+    draw_scene(axes, result.scene, result.grid, result.loading)
+    drawn = arrows(axes, "hole_1")
+    middle = np.column_stack([drawn.X + drawn.U / 2, drawn.Y + drawn.V / 2])
+    assert np.hypot(*(middle - [15.0, 5.0]).T).max() < 2.0
+
+
+def test_the_deformed_grid_is_the_grid_moved(axes: Axes, fields: xr.Dataset) -> None:
+    draw_deformed(axes, fields)
+    (faces,) = collections(axes, PolyCollection)
+    mesh = Mesh.of_fields(fields)
+    u = np.column_stack([fields["u_x"][0], fields["u_y"][0]])
+    factor = magnification(u, mesh.nodes)
+    assert f"× {factor:g}," in axes.get_title()
+    np.testing.assert_array_equal(faces.get_array(), fields["von_mises"].values[0])
+    corners = np.array([path.vertices[:3] for path in faces.get_paths()])
+    np.testing.assert_allclose(corners, (mesh.nodes + factor * u)[mesh.faces])
+    low, high = faces.get_clim()
+    assert float(fields["von_mises"].min()) <= low < high < float(fields["von_mises"].max())
+    colour_bar = axes.figure.axes[-1]
+    assert colour_bar.get_ylabel() == "equivalent stress of von Mises [MPa]"
+
+
+def test_a_mesh_from_fields_is_that_of_the_grid(result: Result, fields: xr.Dataset) -> None:
+    read, made = Mesh.of_fields(fields), Mesh.of_grid(result.grid)
+    for name in ("nodes", "faces", "element"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(made, name))
+
+
+@pytest.mark.parametrize(
+    ("largest", "factor"), [(5.0, 1.0), (0.5, 10.0), (0.26, 10.0), (0.02, 200.0), (50.0, 0.1)]
+)
+def test_magnification_is_a_round_number(largest: float, factor: float) -> None:
+    nodes = np.array([[0.0, 0.0], [100.0, 40.0]])
+    assert magnification(np.array([[0.0, 0.0], [0.0, largest]]), nodes) == pytest.approx(factor)
+
+
+def test_nothing_moves() -> None:
+    assert magnification(np.zeros((2, 2)), np.array([[0.0, 0.0], [1.0, 1.0]])) == 1.0
+
+
+def test_files_are_pictures(result: Result, fields: xr.Dataset, tmp_path: Path) -> None:
+    radii = [float(result.history["domain_radius"].max())]
+    paths = [
+        save_scene(tmp_path, result.scene, result.grid, result.loading, radii),
+        save_deformed(tmp_path, fields),
+        *save_tip_forces(tmp_path, fields, result.history),
+    ]
+    names = ["cf_crack_1.png", "deformed.png", "scene.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    for path in paths:
+        assert np.ptp(imread(path)) > 0.5
+
+
+def test_a_picture_that_fails_leaves_no_file(tmp_path: Path) -> None:
+    def draw() -> None:
+        with picture(tmp_path / "a.png", (3, 3)) as axes:
+            axes.plot([0, 1])
+            raise ValueError
+
+    with pytest.raises(ValueError):  # noqa: PT011
+        draw()
+    assert list(tmp_path.iterdir()) == []

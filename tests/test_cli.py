@@ -1,0 +1,347 @@
+"""The command line: what it writes, what it says, how it fails."""
+
+from __future__ import annotations
+
+import errno
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner, Result
+
+from cfmpm import __version__, simulation
+from cfmpm.cli import app
+from cfmpm.errors import MeshError, SolveError
+from cfmpm.scene.schema import schema
+
+SCENE = """\
+name: small
+family: {kind: single_edge, width: 10, height: 20, crack_length: 4, traction: 10}
+material: {E: 210e3, nu: 0.3, g_c: 1.0}
+mesh: {element: T3, size: 2, grading: uniform}
+fracture: {radii: 3}
+"""
+
+
+def call(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A small scene file, in a working directory of its own."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "small.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+def expect_failure(result: Result, status: int, *words: str) -> None:
+    assert result.exit_code == status, result.output
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    assert "Traceback" not in result.output
+    for word in words:
+        assert word in result.stderr
+
+
+class TestRun:
+    def test_writes_the_history_and_says_so(self, scene: Path) -> None:
+        result = call("run", scene)
+        assert result.exit_code == 0, result.output
+        folder = Path("results/small")
+        assert [p.name for p in folder.iterdir()] == ["history.nc"]
+        with xr.open_dataset(folder / "history.nc") as history:
+            said = f"{float(history['G'][-1, 0]):#.6g}"
+            assert f"{float(history['critical_load_factor'][-1, 0]):#.6g}" in result.stdout
+        assert said in result.stdout
+        for word in ("K_II [MPa mm^0.5]", "load at fracture", "left out", "history.nc", "(4, 10)"):
+            assert word in result.stdout
+        assert result.stderr == ""
+
+    def test_lines_fit_and_long_names_do_not_widen_them(self, scene: Path) -> None:
+        crack = "a_crack_with_a_name_of_many_words_in_it_for_the_sake_of_this_test"[:64]
+        scene.write_text(
+            "name: two\n"
+            "geometry:\n"
+            "  outline: [[0, 0], [10, 0], [10, 20], [0, 20]]\n"
+            f"  cracks: [{{name: {crack}, points: [[3, 10], [7, 10]]}}]\n"
+            "material: {E: 210e3, nu: 0.3}\n"
+            "loads: [{name: pull, box: [[-1, 19], [11, 21]], traction: [0, 5]},\n"
+            "        {name: hold, box: [[-1, -1], [11, 1]], displacement: {x: 0, y: 0}}]\n"
+            "mesh: {size: 2}\n"
+            "fracture: {radii: 3}\n"
+        )
+        for command in ("run", "check"):
+            result = call(command, scene)
+            assert result.exit_code == 0, result.output
+            assert max(map(len, result.stdout.splitlines())) <= 100
+
+    def test_fields_only_when_asked_for(self, scene: Path) -> None:
+        result = call("run", scene, "--set", "output.fields=true", "--output", "here")
+        assert result.exit_code == 0, result.output
+        assert {p.name for p in Path("here").iterdir()} == {"history.nc", "fields.nc"}
+
+    def test_overrides_are_yaml(self, scene: Path) -> None:
+        result = call(
+            "run", scene, "--set", "fracture.radii=[1, 2.5]", "--set", "family.traction=20"
+        )
+        assert result.exit_code == 0, result.output
+        with xr.open_dataset("results/small/history.nc") as history:
+            assert history["radius"].values.tolist() == [1.0, 2.5]
+            assert json.loads(history.attrs["config"])["family"]["traction"] == 20
+
+    def test_quiet_says_nothing(self, scene: Path) -> None:
+        result = call("run", scene, "--quiet")
+        assert (result.exit_code, result.output) == (0, "")
+
+    def test_verbose_logs_the_phases_in_order(self, scene: Path) -> None:
+        result = call("run", scene, "--verbose")
+        phases = [line.split()[1] for line in result.stderr.splitlines() if "phase:" in line]
+        assert list(dict.fromkeys(phases)) == list(simulation.PHASES)
+
+    def test_a_scene_without_cracks(self, scene: Path) -> None:
+        scene.write_text(
+            "name: whole\n"
+            "geometry: {outline: [[0, 0], [10, 0], [10, 20], [0, 20]]}\n"
+            "material: {E: 210e3, nu: 0.3}\n"
+            "loads: [{name: hold, box: [[-1, -1], [11, 1]], displacement: {x: 0, y: 0}},\n"
+            "        {name: weight, body_force: [0, -1e-3]}]\n"
+            "mesh: {size: 4}\n"
+        )
+        result = call("run", scene)
+        assert result.exit_code == 0, result.output
+        assert "no crack tip" in result.stdout
+        result = call("plot", "results/whole")
+        assert result.exit_code == 0, result.output
+        assert not list(Path("results/whole").glob("cf_*"))
+
+    def test_closing_cracks_are_pointed_out(self, scene: Path) -> None:
+        result = call("run", scene, "--set", "family.traction=-10")
+        assert "K_I < 0 at crack_1" in result.stdout
+
+
+class TestFailures:
+    def test_every_problem_of_a_scene_on_its_line(self, scene: Path) -> None:
+        scene.write_text(SCENE.replace("nu: 0.3", "nu: 0.7").replace("size:", "sice:"))
+        result = call("run", scene)
+        expect_failure(result, 2, "small.yaml:3", "small.yaml:4", "did you mean size?")
+        assert len(result.stderr.splitlines()) == 2
+        assert not Path("results").exists()
+
+    def test_overrides_that_are_none(self, scene: Path) -> None:
+        result = call("run", scene, "--set", "mesh.size", "--set", "=3", "--set", "mesh.size=2")
+        expect_failure(result, 2, "mesh.size: not of the form", "=3: not of the form")
+        assert len(result.stderr.splitlines()) == 2
+
+    @pytest.mark.parametrize("command", ["run", "check"])
+    def test_no_such_scene(self, scene: Path, command: str) -> None:
+        expect_failure(call(command, "nowhere.yaml"), 2, "nowhere.yaml: no such file")
+
+    @pytest.mark.parametrize(
+        ("error", "status", "words"),
+        [
+            (MeshError("no grid"), 1, "cfmpm: no grid"),
+            (SolveError("no balance"), 1, "cfmpm: no balance"),
+            (MemoryError(), 1, "not enough memory"),
+            (KeyboardInterrupt(), 130, "interrupted"),
+        ],
+    )
+    @pytest.mark.parametrize("command", ["run", "check"])
+    def test_status_by_kind(
+        self,
+        scene: Path,
+        monkeypatch: pytest.MonkeyPatch,
+        error: BaseException,
+        status: int,
+        words: str,
+        command: str,
+    ) -> None:
+        def fail(*_: object) -> None:
+            raise error
+
+        monkeypatch.setattr(simulation, "triangulate", fail)
+        expect_failure(call(command, scene), status, words)
+
+    def test_loads_that_make_no_sense_on_the_grid(self, scene: Path) -> None:
+        loads = "loads: [{edge: top, traction: [0, 1]}]\n"
+        scene.write_text(SCENE.replace(", traction: 10}", "}") + loads)
+        expect_failure(call("run", scene), 2, "out of balance")
+
+    @pytest.mark.parametrize("command", ["run", "check"])
+    def test_output_that_is_a_file(self, scene: Path, command: str) -> None:
+        expect_failure(call(command, scene, "--output", scene), 1, "cannot write", str(scene))
+
+    def test_a_full_disk_leaves_nothing_behind(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def fill(_: xr.Dataset, path: Path, **__: object) -> None:
+            Path(path).write_bytes(b"half")
+            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+        monkeypatch.setattr(xr.Dataset, "to_netcdf", fill)
+        expect_failure(call("run", scene), 1, "No space left on device")
+        assert list(Path("results/small").iterdir()) == []
+
+    def test_a_failed_run_keeps_the_result_of_the_last(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        assert call("run", scene).exit_code == 0
+        before = Path("results/small/history.nc").read_bytes()
+
+        def fail(*_: object, **__: object) -> None:
+            raise OSError(errno.EIO, "Input/output error")
+
+        monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
+        expect_failure(call("run", scene), 1, "cannot write: Input/output error")
+        assert Path("results/small/history.nc").read_bytes() == before
+
+
+class TestCheck:
+    def test_counts_and_draws_and_does_not_solve(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def solve(*_: object) -> None:
+            raise AssertionError("check must not solve")
+
+        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        result = call("check", scene, "--set", "solver=superlu")
+        assert result.exit_code == 0, result.output
+        for word in (
+            "triangles T3",
+            "unknowns",
+            "superlu",
+            "crack_1 at (4, 10)",
+            "clearance",
+            "left out",
+        ):
+            assert word in result.stdout
+        assert Path("results/small/scene.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_unknowns_are_those_of_the_run(self, scene: Path) -> None:
+        checked = call("check", scene).stdout
+        call("run", scene)
+        with xr.open_dataset("results/small/history.nc") as history:
+            assert f"unknowns  {int(history['n_unknowns'][-1])}\n" in checked
+
+
+class TestPlot:
+    PICTURES = frozenset({"scene.png", "deformed.png", "cf_crack_1.png"})
+
+    @pytest.mark.parametrize("form", ["results/small", "results/small/history.nc"])
+    def test_solves_again_where_there_are_no_fields(self, scene: Path, form: str) -> None:
+        call("run", scene)
+        result = call("plot", form)
+        assert result.exit_code == 0, result.output
+        assert "solving small again" in result.stderr
+        assert {p.name for p in Path("results/small").glob("*.png")} == self.PICTURES
+        assert {Path(line).name for line in result.stdout.splitlines()} == self.PICTURES
+
+    def test_uses_the_fields_that_are_there(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        call("run", scene, "--set", "output.fields=true")
+
+        def solve(*_: object) -> None:
+            raise AssertionError("plot must not solve")
+
+        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        result = call("plot", "results/small", "--output", "pictures")
+        assert (result.exit_code, result.stderr) == (0, "")
+        assert {p.name for p in Path("pictures").iterdir()} == self.PICTURES
+
+    def test_fields_of_another_run_are_not_used(self, scene: Path) -> None:
+        call("run", scene, "--set", "output.fields=true")
+        call("run", scene)
+        result = call("plot", "results/small")
+        assert result.exit_code == 0, result.output
+        assert "belongs to another run" in result.stderr
+
+    def test_no_such_result(self, scene: Path) -> None:
+        expect_failure(call("plot", "results/none"), 2, "results/none: no such result")
+        Path("empty").mkdir()
+        expect_failure(call("plot", "empty"), 2, "history.nc: no such result")
+
+    @pytest.mark.parametrize("content", [b"", b"not netCDF", b"\x89HDF\r\n\x1a\n" + bytes(64)])
+    def test_a_damaged_result(self, scene: Path, content: bytes) -> None:
+        Path("history.nc").write_bytes(content)
+        expect_failure(call("plot", "history.nc"), 2, "history.nc: cannot be read as netCDF")
+
+    def test_a_result_cut_short(self, scene: Path) -> None:
+        call("run", scene)
+        whole = Path("results/small/history.nc").read_bytes()
+        Path("results/small/history.nc").write_bytes(whole[: len(whole) // 2])
+        expect_failure(call("plot", "results/small"), 2, "cannot be read as netCDF")
+
+    def test_what_cfmpm_did_not_write(self, scene: Path) -> None:
+        xr.Dataset({"T": ("x", [1.0])}).to_netcdf("other.nc")
+        expect_failure(call("plot", "other.nc"), 2, "is not what cfmpm run writes")
+
+    def test_fields_in_place_of_the_history(self, scene: Path) -> None:
+        call("run", scene, "--set", "output.fields=true")
+        result = call("plot", "results/small/fields.nc")
+        expect_failure(result, 2, "plot takes its folder, or its history.nc")
+
+    @pytest.mark.parametrize(
+        ("config", "word"), [("{", "config is damaged"), ('{"name": "x"}', "material")]
+    )
+    def test_a_damaged_configuration(self, scene: Path, config: str, word: str) -> None:
+        call("run", scene)
+        history = xr.load_dataset("results/small/history.nc")
+        history.assign_attrs(config=config).to_netcdf("history.nc")
+        expect_failure(call("plot", "history.nc"), 2, word)
+
+
+def test_schema_is_the_schema() -> None:
+    result = call("schema")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout) == schema()
+
+
+def test_version() -> None:
+    assert call("--version").stdout == f"cfmpm {__version__}\n"
+
+
+@pytest.mark.parametrize("command", ["run", "check", "plot", "schema"])
+def test_help_has_an_example(command: str) -> None:
+    result = call(command, "--help")
+    assert result.exit_code == 0
+    assert f"Example: cfmpm {command}" in result.stdout
+    assert command in call("--help").stdout
+
+
+def python(code: str, *arguments: str) -> str:
+    """Run code in an interpreter of its own; its output."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_run_does_not_load_matplotlib(scene: Path) -> None:
+    code = (
+        "import sys; from cfmpm.cli import app\n"
+        "app(['run', sys.argv[1], '--set', 'output.fields=true'], standalone_mode=False)\n"
+        "print('matplotlib' in sys.modules)"
+    )
+    assert python(code, str(scene)).splitlines()[-1] == "False"
+
+
+def test_the_command_line_itself_loads_nothing_heavy() -> None:
+    heavy = ["numpy", "numba", "gmsh", "xarray", "matplotlib", "pydantic", "scipy", "tqdm"]
+    code = f"import sys, cfmpm, cfmpm.cli; print([m for m in {heavy} if m in sys.modules])"
+    assert python(code) == "[]\n"
+
+
+def test_python_m_cfmpm_gives_the_status_of_the_command(scene: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "cfmpm", "run", "nowhere.yaml"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr == "nowhere.yaml: no such file\n"

@@ -1,0 +1,1 @@
+"""The paper's sections: datasets, figures and claims."""

@@ -1,0 +1,100 @@
+# Run time against error and against size.
+
+
+rule work_precision_data:
+    # All cores: nothing else may run beside a measurement of time.
+    input:
+        scene=SETTINGS.work_precision.scene,
+        compiled=rules.warm_up.output.stamp,
+        code=["workflows/performance/work_precision.py", "workflows/reference_fem.py"],
+    output:
+        data="results/performance/work_precision.nc",
+    log:
+        "results/logs/performance/work_precision.log",
+    benchmark:
+        "results/benchmarks/performance/work_precision.tsv"
+    threads: workflow.cores or 1
+    resources:
+        mem_mb=3000,
+        runtime=15,
+    params:
+        **plain(SETTINGS.work_precision),
+    message:
+        "Measuring error against run time"
+    script:
+        "../scripts/work_precision_data.py"
+
+
+rule work_precision_figure:
+    input:
+        data=rules.work_precision_data.output.data,
+        code="workflows/performance/figures.py",
+    output:
+        picture=report(
+            "results/performance/work_precision.png",
+            caption="../report/work_precision.rst",
+            category="Performance",
+            labels={"figure": "work and precision", "shows": "cfmpm and scikit-fem"},
+        ),
+    log:
+        "results/logs/performance/work_precision_figure.log",
+    benchmark:
+        "results/benchmarks/performance/work_precision_figure.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=5,
+    params:
+        radius=SETTINGS.work_precision.radius,
+    message:
+        "Drawing error against run time"
+    script:
+        "../scripts/work_precision_figure.py"
+
+
+rule scaling_data:
+    input:
+        scene=SETTINGS.scaling.scene,
+        compiled=rules.warm_up.output.stamp,
+        code="workflows/performance/scaling.py",
+    output:
+        data="results/performance/scaling.nc",
+    log:
+        "results/logs/performance/scaling.log",
+    benchmark:
+        "results/benchmarks/performance/scaling.tsv"
+    threads: workflow.cores or 1
+    resources:
+        mem_mb=6000,
+        runtime=60,
+    params:
+        **plain(SETTINGS.scaling),
+    message:
+        "Measuring run time against size; takes minutes"
+    script:
+        "../scripts/scaling_data.py"
+
+
+rule scaling_figure:
+    input:
+        data=rules.scaling_data.output.data,
+        code="workflows/performance/figures.py",
+    output:
+        picture=report(
+            "results/performance/scaling.png",
+            caption="../report/scaling.rst",
+            category="Performance",
+            labels={"figure": "scaling", "shows": "phases of a run"},
+        ),
+    log:
+        "results/logs/performance/scaling_figure.log",
+    benchmark:
+        "results/benchmarks/performance/scaling_figure.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=5,
+    message:
+        "Drawing run time against size"
+    script:
+        "../scripts/scaling_figure.py"

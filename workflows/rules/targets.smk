@@ -1,0 +1,39 @@
+# What is asked for by name. A rule's name cannot hold a hyphen, but an anonymous rule's can.
+
+REPRODUCED = [
+    *expand("results/paper/fig{n}.png", n=[4, 5, 6, 7]),
+    "results/paper/section_5_1.html",
+    "results/performance/work_precision.png",
+]
+
+
+rule:
+    name:
+        "reproduce-paper"
+    default_target: True
+    input:
+        REPRODUCED,
+    message:
+        "The paper is reproduced: see results/paper, or make a page by snakemake --report"
+
+
+rule reproduce_paper:
+    input:
+        REPRODUCED,
+
+
+rule:
+    name:
+        "work-precision"
+    input:
+        "results/performance/work_precision.png",
+
+
+rule work_precision:
+    input:
+        "results/performance/work_precision.png",
+
+
+rule scaling:
+    input:
+        "results/performance/scaling.png",

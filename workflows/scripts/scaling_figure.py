@@ -1,0 +1,7 @@
+from snakemake.script import snakemake
+
+from workflows.job import job
+from workflows.performance.figures import draw_scaling
+
+with job(snakemake):
+    draw_scaling(snakemake.input.data, snakemake.output.picture)

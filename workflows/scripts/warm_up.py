@@ -1,0 +1,7 @@
+from snakemake.script import snakemake
+
+from workflows.job import job
+from workflows.warm_up import compile_kernels
+
+with job(snakemake):
+    compile_kernels(snakemake.output.stamp)

@@ -1,0 +1,7 @@
+from snakemake.script import snakemake
+
+from workflows.job import job
+from workflows.performance.work_precision import measure
+
+with job(snakemake):
+    measure(path=snakemake.output.data, **snakemake.params)

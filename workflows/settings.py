@@ -1,0 +1,100 @@
+"""The workflow's configuration as typed models; nothing runs on a bad one.
+
+Snakemake reads the files by YAML 1.1, in which 1e-9 is text: use the validated models only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from cfmpm.scene import Scene, load_scene
+from cfmpm.scene.model import Length, Mesh, Positive
+
+Meshes = Annotated[dict[int, Mesh], Field(min_length=1)]
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Section51(_Settings):
+    """Section 5.1 of the paper: a stationary edge crack."""
+
+    scene: str = Field(description="scene file, relative to the repository")
+    converged: Positive = Field(description="G of the plate of finite height [N/mm]")
+    domain_radius: Length = Field(description="domain of Fig. 5 and 7 [mm]; one of `radii`")
+    radii: list[Length] = Field(min_length=1, description="domain radii of Fig. 6 [mm]")
+    drawn: list[int] = Field(description="grids of Fig. 4, by their keys in series T3")
+    swept: list[int] = Field(description="grids of Fig. 6, by their keys in series T3")
+    series: dict[str, Meshes] = Field(description="T3, T6, T6_graded: grids by triangles wanted")
+
+
+class WorkPrecision(_Settings):
+    """Error against run time, of cfmpm and of scikit-fem on the same grids."""
+
+    scene: str
+    converged: Positive = Field(description="G of the plate of finite height [N/mm]")
+    radius: Length = Field(description="outer radius of the ring of J [mm]")
+    repeats: int = Field(3, ge=1, description="runs of which the fastest counts")
+    solvers: list[str] = Field(description="those that are not installed are left out")
+    series: dict[str, list[Mesh]]
+
+
+class Scaling(_Settings):
+    """Run time against the number of material points."""
+
+    scene: str
+    solver: str = "auto"
+    repeats: int = Field(2, ge=1)
+    series: dict[str, list[Mesh]]
+
+
+class Settings(_Settings):
+    """All blocks of configs/workflow."""
+
+    section_5_1: Section51
+    work_precision: WorkPrecision
+    scaling: Scaling
+
+
+def read_settings(config: Mapping[str, Any]) -> Settings:
+    """Check the configuration and every scene that it stands for.
+
+    Parameters
+    ----------
+    config : mapping
+        As Snakemake has merged it.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        Where a block does not fit its model.
+    SceneError
+        Where a grid does not fit the scene.
+    """
+    settings = Settings.model_validate(dict(config))
+    paper = settings.section_5_1
+    for meshes in paper.series.values():
+        for mesh in meshes.values():
+            scene_with(paper.scene, mesh, paper.radii)
+    for block in (settings.work_precision, settings.scaling):
+        for listed in block.series.values():
+            for mesh in listed:
+                scene_with(block.scene, mesh)
+    return settings
+
+
+def scene_with(
+    path: str | Path, mesh: Mesh | Mapping[str, Any], radii: list[float] | None = None, **more: Any
+) -> Scene:
+    """Read a scene with another grid, other radii [mm] and further values replaced."""
+    if isinstance(mesh, Mesh):
+        mesh = mesh.model_dump(mode="json", exclude_none=True)
+    overrides = {"mesh": dict(mesh), **more}
+    if radii is not None:
+        overrides["fracture.radii"] = list(radii)
+    return load_scene(path, overrides)
