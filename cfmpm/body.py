@@ -1,0 +1,185 @@
+"""The body that is solved: grid, material points, loads; and how a longer crack changes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cfmpm import pieces
+from cfmpm.fracture.domains import Domains, choose_domains
+from cfmpm.fracture.release import advance
+from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
+from cfmpm.loading import Loading, apply_loads, hold_nodes
+from cfmpm.meshing import triangulate
+from cfmpm.points import MaterialPoints, locate, seed
+from cfmpm.scene.model import Scene
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body between two solves.
+
+    Attributes
+    ----------
+    triangulation : Triangulation
+        The grid with its cracks closed, from which growth makes the next one.
+    grid : Grid
+    points : MaterialPoints
+        The material.
+    domains : pieces.ParticleDomains or None
+        The polygon of each material point; None while no crack has grown, and where points
+        integrate as they are (`growth.transfer: paper`).
+    quadrature : pieces.Quadrature or None
+        The pieces of those polygons in the triangles.
+    integration : MaterialPoints
+        What is summed over: the points themselves, or one row for each quadrature point.
+    loading : Loading
+    tip_domains : tuple of Domains
+        One a tip of the grid.
+    quality : float
+        Of the worst triangle that growth has changed so far; 1 equilateral, 0 flat.
+    empty_elements, floating_nodes : int
+        Triangles without a quadrature point and nodes that only these touch, which are held.
+    """
+
+    triangulation: Triangulation
+    grid: Grid
+    points: MaterialPoints
+    domains: pieces.ParticleDomains | None
+    quadrature: pieces.Quadrature | None
+    integration: MaterialPoints
+    loading: Loading
+    tip_domains: tuple[Domains, ...]
+    quality: float = 1.0
+    empty_elements: int = 0
+    floating_nodes: int = 0
+
+
+def build(scene: Scene) -> Body:
+    """Build the body of an expanded scene.
+
+    Raises
+    ------
+    SceneError
+        Where the scene turns out not to make sense on its grid.
+    MeshError
+        Where no grid could be made.
+    """
+    triangulation = triangulate(scene)
+    grid = build_grid(triangulation, scene.mesh.element)
+    points = seed(grid)
+    return Body(
+        triangulation=triangulation,
+        grid=grid,
+        points=points,
+        domains=None,
+        quadrature=None,
+        integration=points,
+        loading=apply_loads(scene, grid, points),
+        tip_domains=_tip_domains(scene, grid),
+    )
+
+
+def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
+    """Lengthen the cracks at the tips that run, one after the other, and redefine the grid.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    body : Body
+    running : mapping of str to (2,) float
+        Direction of each tip that runs, by its name.
+
+    Returns
+    -------
+    Body
+        Material points stay where they are and keep volume and state; those that a new segment
+        cuts become two.
+
+    Raises
+    ------
+    UnheldError
+        Where the crack has cut off a part that the loads drive away.
+    """
+    mesh = body.triangulation
+    tips = {tip.name: tip for tip in body.grid.tips}
+    steps = []
+    for name, direction in running.items():
+        steps.append(advance(mesh, tips[name].crack, tips[name].end, direction))
+        mesh = steps[-1].triangulation
+    grid = build_grid(mesh, scene.mesh.element)
+    changed = np.unique(np.concatenate([step.changed for step in steps]))
+    points, domains, quadrature = body.points, body.domains, body.quadrature
+    if scene.growth is not None and scene.growth.transfer == "paper":
+        points.element = locate(grid, points.position, points.element)
+        integration = points
+    else:
+        if domains is None or quadrature is None:
+            domains = pieces.initial_domains(body.grid)
+            quadrature = pieces.initial_quadrature(points)
+        quadrature = pieces.realign(quadrature, domains, points, grid, changed)
+        for step in steps:
+            points, domains, quadrature = pieces.split_points(
+                points, domains, quadrature, grid, mesh.nodes[step.start], mesh.nodes[step.end]
+            )
+        integration = _as_points(quadrature)
+    floating, empty = _without_points(grid, integration.element)
+    return Body(
+        triangulation=mesh,
+        grid=grid,
+        points=points,
+        domains=domains,
+        quadrature=quadrature,
+        integration=integration,
+        loading=hold_nodes(apply_loads(scene, grid, integration), floating),
+        tip_domains=_tip_domains(scene, grid),
+        quality=min(body.quality, *(step.quality for step in steps)),
+        empty_elements=empty,
+        floating_nodes=len(floating),
+    )
+
+
+def update_owners(body: Body) -> None:
+    """Give the material points the area means of their quadrature points, in place."""
+    if body.quadrature is None:
+        return
+    source = body.integration
+    n = len(body.points)
+    for name in ("displacement_gradient", "stress", "energy"):
+        mean = pieces.point_state(body.quadrature, getattr(source, name), n)
+        setattr(body.points, name, mean)
+
+
+def _tip_domains(scene: Scene, grid: Grid) -> tuple[Domains, ...]:
+    growing = scene.growth is not None
+    return tuple(
+        choose_domains(grid, tip, scene.fracture.radii, growing=growing) for tip in grid.tips
+    )
+
+
+def _as_points(quadrature: pieces.Quadrature) -> MaterialPoints:
+    """Quadrature points in the form that sums over points take."""
+    n = len(quadrature)
+    return MaterialPoints(
+        position=quadrature.position,
+        volume=quadrature.volume,
+        element=quadrature.element,
+        material=quadrature.material,
+        displacement_gradient=np.zeros((n, 2, 2)),
+        stress=np.zeros((n, 3)),
+        energy=np.zeros(n),
+    )
+
+
+def _without_points(grid: Grid, element: Ints) -> tuple[Ints, int]:
+    """Find the nodes that only triangles without a point touch, and count those triangles."""
+    filled = np.zeros(len(grid.elements), bool)
+    filled[element] = True
+    if filled.all():
+        return np.empty(0, np.int64), 0
+    touched = np.zeros(len(grid.nodes), bool)
+    touched[grid.elements[filled]] = True
+    return np.flatnonzero(~touched), int((~filled).sum())

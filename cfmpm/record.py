@@ -1,0 +1,309 @@
+"""The record that a run keeps: values of each step, what was chosen, left out and doubtful."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from cfmpm import results
+from cfmpm.body import Body
+from cfmpm.clock import Clock
+from cfmpm.equilibrium import Equilibrium
+from cfmpm.fracture.domains import FILL, RESOLVED
+from cfmpm.fracture.growth import Decision
+from cfmpm.fracture.opening import smallest_openings
+from cfmpm.grid import Floats, Grid, Triangulation
+from cfmpm.meshing import resolved_grading
+from cfmpm.scene.model import Scene
+
+
+class Record:
+    """The steps of a run, as they come.
+
+    Parameters
+    ----------
+    scene : Scene
+        As the user wrote it.
+    full : Scene
+        The same, expanded.
+    body : Body
+        At the start: its tips, and the ends of cracks that are none, keep their names and places.
+    clock : Clock
+    """
+
+    def __init__(self, scene: Scene, full: Scene, body: Body, clock: Clock) -> None:
+        self.scene, self.full = scene, full
+        self.tips = {tip.name: (tip.crack, tip.end) for tip in body.grid.tips}
+        self.boundaries = list(body.loading.boundaries)
+        self.radii = _nominal_radii(full, body)
+        self.holes = {str(hole.name) for hole in full.geometry.holes} if full.geometry else set()
+        self.steps: list[results.StepRecord] = []
+        self.warnings: dict[str, None] = {}
+        self.notes: dict[str, Any] = {}
+        self._clock = clock
+        self._seconds: dict[str, float] = {}
+        self._start_lengths = self._lengths(body.triangulation)
+        self._work = 0.0
+
+    @property
+    def final_load_factor(self) -> float:
+        """Load factor of the last step."""
+        return self.steps[-1].load_factor
+
+    def add(
+        self,
+        body: Body,
+        balance: Equilibrium,
+        tips: Mapping[str, Any],
+        decision: Decision,
+    ) -> None:
+        """Add a state of balance.
+
+        Parameters
+        ----------
+        body : Body
+        balance : Equilibrium
+            At load factor one.
+        tips : mapping of str to array
+            Values at the tips of the grid, at load factor one.
+        decision : Decision
+            With the load factor that the step is recorded at.
+        """
+        factor = decision.load_factor if np.isfinite(decision.load_factor) else 1.0
+        values = self._of_ends(body, decision)
+        rows = [list(self.tips).index(tip.name) for tip in body.grid.tips]
+        for name, found in tips.items():
+            values[name] = np.full((len(self.tips), *found.shape[1:]), np.nan)
+            values[name][rows] = found
+        values |= _of_body(body, balance)
+        values = {
+            name: np.asarray(value) * factor ** results.LOAD_POWER.get(name, 0)
+            for name, value in values.items()
+        }
+        values["external_work"] = self._work_done(body, balance, factor)
+        values["fracture_energy"] = self._fracture_energy(body)
+        self._append(factor, values)
+        self.notes |= _notes(self.full, body, balance)
+        self.warnings |= dict.fromkeys(_warnings(body, balance))
+
+    def add_severed(self, triangulation: Triangulation) -> None:
+        """Add the last position of the cracks, after which a part of the body is free."""
+        self._append(np.nan, self._of_line_ends(triangulation))
+
+    def history(self, ending: str) -> xr.Dataset:
+        """Gather the record into a dataset.
+
+        Parameters
+        ----------
+        ending : str
+            Why the run ended.
+        """
+        return results.build_history(
+            self.scene,
+            self.steps,
+            tips=list(self.tips),
+            radii=self.radii,
+            boundaries=self.boundaries,
+            notes={
+                **self.notes,
+                "ending": ending,
+                "left_out": left_out(self.full, bool(self.tips)),
+                "warnings": list(self.warnings),
+            },
+        )
+
+    def _append(self, factor: float, values: Mapping[str, Any]) -> None:
+        spent = {
+            phase: total - self._seconds.get(phase, 0.0)
+            for phase, total in self._clock.seconds.items()
+        }
+        self._seconds = dict(self._clock.seconds)
+        self.steps.append(results.StepRecord(factor, values, spent))
+
+    def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
+        """Where each crack ends, and what it does there."""
+        values = self._of_line_ends(body.triangulation)
+        for i, name in enumerate(self.tips):
+            if name in decision.running:
+                values["tip_status"][i] = results.TIP_STATUS.index("growing")
+        return values
+
+    def _of_line_ends(self, mesh: Triangulation) -> dict[str, Any]:
+        lengths = self._lengths(mesh)
+        nodes = {name: _end_node(mesh, *place) for name, place in self.tips.items()}
+        return {
+            "tip_x": np.array([mesh.nodes[node, 0] for node in nodes.values()]),
+            "tip_y": np.array([mesh.nodes[node, 1] for node in nodes.values()]),
+            "crack_length": np.array([lengths[crack] for crack, _ in self.tips.values()]),
+            "tip_status": np.array(
+                [
+                    results.TIP_STATUS.index(self._arrival(mesh, crack, nodes[name]))
+                    for name, (crack, _) in self.tips.items()
+                ],
+                float,
+            ),
+        }
+
+    def _arrival(self, mesh: Triangulation, crack: str, node: int) -> str:
+        """Say where the end of a crack lies."""
+        for name, pairs in mesh.edges.items():
+            if (pairs == node).any():
+                return "arrived_hole" if name in self.holes else "arrived_boundary"
+        met = sum(int((pairs == node).sum()) for pairs in mesh.cracks.values())
+        return "arrived_crack" if met > 1 else "stopped"
+
+    def _lengths(self, mesh: Triangulation) -> dict[str, float]:
+        return {
+            name: float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
+            for name, pairs in mesh.cracks.items()
+        }
+
+    def _fracture_energy(self, body: Body) -> float:
+        """g_c of the body times the new length of its cracks [N]."""
+        new = sum(self._lengths(body.triangulation).values()) - sum(self._start_lengths.values())
+        return 0.0 if new == 0.0 else new * (self.full.material.g_c or np.nan)
+
+    def _work_done(self, body: Body, balance: Equilibrium, factor: float) -> float:
+        """Work of the loads from the start, by the trapezoidal rule over the steps [N]."""
+        loading, u = body.loading, balance.displacement
+        applied = float((loading.force * np.where(loading.prescribed, 0.0, u)).sum())
+        reaction = float((balance.internal_force * loading.displacement).sum())
+        state = factor, factor * applied, factor * reaction, factor
+        last = getattr(self, "_last_state", (0.0, 0.0, 0.0, 0.0))
+        self._last_state = state
+        self._work += 0.5 * (state[0] + last[0]) * (state[1] - last[1])
+        self._work += 0.5 * (state[2] + last[2]) * (state[3] - last[3])
+        return self._work
+
+
+def left_out(scene: Scene, has_tips: bool) -> list[str]:
+    """List what a run of this scene does not do because the scene does not need it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    has_tips : bool
+        Whether any crack ends inside the body.
+
+    Returns
+    -------
+    list of str
+    """
+    items = ["Newton loop, finite deformation: the scene is linear"]
+    if scene.growth is None:
+        items.append("crack growth, grid reset: the cracks are stationary")
+    else:
+        items.append("grid reset: at small strain the grid stays where it is")
+    if not has_tips:
+        items.append("configurational force at tips: the scene has no crack tip")
+    elif scene.fracture.radii == 1 or (
+        isinstance(scene.fracture.radii, list) and len(scene.fracture.radii) == 1
+    ):
+        items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
+    if scene.material.g_c is None:
+        items.append("load at fracture: no material.g_c")
+    if not scene.output.fields:
+        items.append("field output: not asked for (output.fields: true)")
+    return items
+
+
+def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
+    pairs = mesh.cracks[crack]
+    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
+
+
+def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
+    """Energies, counts and the forces and displacements of the loaded parts."""
+    loading, source, u = body.loading, body.integration, balance.displacement
+    transmitted = balance.internal_force - loading.own_weight
+    parts = loading.boundaries.values()
+    reaction = np.array([transmitted[part.nodes].sum(axis=0) for part in parts]).reshape(-1, 2)
+    motion = np.array([part.weights @ u[part.nodes] for part in parts]).reshape(-1, 2)
+    return {
+        "strain_energy": source.energy @ source.volume,
+        "newton_iterations": 0,
+        "residual_norm": balance.residual_norm,
+        "negative_pivots": balance.negative_pivots,
+        "n_points": len(body.points),
+        "n_nodes": len(body.grid.nodes),
+        "n_unknowns": balance.n_unknowns,
+        "grid_quality": body.quality,
+        "empty_elements": body.empty_elements,
+        "floating_nodes": body.floating_nodes,
+        "reaction_x": reaction[:, 0],
+        "reaction_y": reaction[:, 1],
+        "displacement_x": motion[:, 0],
+        "displacement_y": motion[:, 1],
+    }
+
+
+def _nominal_radii(scene: Scene, body: Body) -> list[float]:
+    """The radii asked for, else those of the tip with the most room."""
+    if not isinstance(scene.fracture.radii, int):
+        return list(scene.fracture.radii)
+    if not body.tip_domains:
+        return []
+    return list(max((domain.radii for domain in body.tip_domains), key=max))
+
+
+def _notes(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
+    """Say what was chosen."""
+    grading = resolved_grading(scene)
+    notes: dict[str, Any] = {
+        "formulation": "total Lagrangian, small strain: one linear solve a step",
+        "element": scene.mesh.element,
+        "solver": balance.solver,
+        "linear_iterations": balance.iterations,
+        "rigid_motions_held": body.loading.held,
+    }
+    if grading is not None:
+        notes |= {"grid_tip_size": grading.tip_size, "grid_growth": grading.growth}
+    if body.tip_domains:
+        notes |= {
+            "domain_clearance": [domain.clearance for domain in body.tip_domains],
+            "domain_cut_back": [int(domain.cut_back) for domain in body.tip_domains],
+            "domain_note": (
+                f"a domain fills at most {FILL} of the clearance of its tip, so that it holds no "
+                "outline, hole, other crack or tip, support or other material, nor, around a tip "
+                "that does not run, a bend of its own crack"
+            ),
+        }
+    return notes
+
+
+def _warnings(body: Body, balance: Equilibrium) -> list[str]:
+    """Name what makes numbers of this run doubtful."""
+    grid: Grid = body.grid
+    largest = np.abs(balance.displacement).max(initial=0.0)
+    found = [
+        f"{name}: its faces overlap; contact is not modelled, so K_I, G and the configurational "
+        "force of its tips mean nothing there"
+        for name, opening in smallest_openings(grid, balance.displacement).items()
+        if opening < -1e-6 * largest
+    ]
+    if balance.residual_floor > 0.0:
+        found.append(
+            "the unbalanced force is at the floor that round-off sets, above 1e-8 of the largest "
+            "nodal force: a strong contrast of stiffness, or a slender ligament"
+        )
+    if body.empty_elements:
+        found.append(
+            "growth.transfer: paper left triangles without a material point (empty_elements), and "
+            "nodes without stiffness (floating_nodes), which were held"
+        )
+    for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
+        if domain.cut_back:
+            found.append(
+                f"{tip.name}: radii asked for were cut back to {FILL} of the distance to what a "
+                "domain must not hold (domain_radius)"
+            )
+        if max(domain.radii) < (RESOLVED if not domain.growing else 0.5 * RESOLVED) * tip.h:
+            found.append(
+                f"{tip.name}: its domain reaches over few elements; make the grid finer there "
+                "(mesh.grading.tip_size, or mesh.size)"
+            )
+    return found

@@ -1,0 +1,200 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
+
+from cfmpm.kernels import clipping
+
+UNIT = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+
+
+def convex(rng, n=8, scale=1.0):
+    x = rng.uniform(-scale, scale, (n, 2))
+    return x[ConvexHull(x).vertices]
+
+
+def triangle(rng):
+    x = rng.uniform(-1, 1, (3, 2))
+    while abs(clipping.triangle_area(*x)) < 0.05:
+        x = rng.uniform(-1, 1, (3, 2))
+    return x if clipping.triangle_area(*x) > 0 else x[::-1].copy()
+
+
+def clip_to(triangle, polygons, nodes_per_element=3):
+    """Quadrature points of polygons in one triangle."""
+    nodes = np.vstack([triangle, 0.5 * (triangle + np.roll(triangle, -1, axis=0))])
+    return clipping.clip_domains(
+        nodes,
+        np.arange(nodes_per_element)[None],
+        np.array([0]),
+        np.array([p[0] for p in polygons]),
+        np.vstack([p - p[0] for p in polygons]),
+        np.cumsum([0] + [len(p) for p in polygons]),
+        np.arange(len(polygons)),
+    )
+
+
+def second_moments(polygon):
+    """Integrals of x x, x y, y y over a polygon (Green)."""
+    x, y = polygon.T
+    u, v = np.roll(polygon, -1, axis=0).T
+    cross = x * v - u * y
+    xx = (cross * (x * x + x * u + u * u)).sum() / 12
+    yy = (cross * (y * y + y * v + v * v)).sum() / 12
+    xy = (cross * (x * v + 2 * x * y + 2 * u * v + u * y)).sum() / 24
+    return np.array([xx, xy, yy])
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 10**6), scale=st.sampled_from([0.2, 1.0, 5.0]))
+def test_pieces_are_those_of_shapely(seed, scale):
+    rng = np.random.default_rng(seed)
+    corners, polygon = triangle(rng), convex(rng, scale=scale)
+    expected = shapely.Polygon(corners).intersection(shapely.Polygon(polygon))
+    _, _, position, volume = clip_to(corners, [polygon])
+    area = shapely.Polygon(corners).area
+    assert volume.sum() == pytest.approx(expected.area, abs=1e-13 * area)
+    if expected.area > 1e-3 * area:
+        np.testing.assert_allclose(position[0], np.ravel(expected.centroid.xy), atol=1e-12)
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**6), scale=st.sampled_from([0.2, 1.0, 5.0]))
+def test_fan_integrates_quadratic_functions_exactly(seed, scale):
+    rng = np.random.default_rng(seed)
+    corners, polygon = triangle(rng), convex(rng, scale=scale)
+    expected = shapely.Polygon(corners).intersection(shapely.Polygon(polygon))
+    _, _, position, volume = clip_to(corners, [polygon], nodes_per_element=6)
+    ring = shapely.normalize(expected).reverse().exterior.coords if expected.area else [(0, 0)] * 4
+    ring = np.array(ring)[:-1]
+    sign = 1.0 if shapely.Polygon(ring).exterior.is_ccw else -1.0
+    x, y = position.T
+    found = [volume @ (x * x), volume @ (x * y), volume @ (y * y)]
+    np.testing.assert_allclose(found, sign * second_moments(ring), atol=1e-13)
+    np.testing.assert_allclose(
+        volume @ position, expected.area * np.ravel(expected.centroid.xy) if expected.area else 0,
+        atol=1e-13,
+    )  # fmt: skip
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**6), k=st.sampled_from([3, 6]))
+def test_pieces_lie_in_their_triangle_and_their_domain(seed, k):
+    rng = np.random.default_rng(seed)
+    corners = triangle(rng)
+    polygons = [convex(rng, n) for n in (3, 5, 9)]
+    # A domain that all but touches the triangle leaves a sliver, whose centroid is hard to keep in.
+    polygons.append(corners + 1e-12 * rng.uniform(-1, 1, 2) + (corners[1] - corners[0]))
+    owner, _, position, _ = clip_to(corners, polygons, k)
+    for p, x in zip(owner, position, strict=True):
+        for polygon in (corners, polygons[p]):
+            for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+                assert clipping.triangle_area(a, b, x) > -1e-14
+
+
+@pytest.mark.parametrize(
+    ("polygon", "area"),
+    [
+        (UNIT, 0.5),
+        (UNIT[[1, 2, 0]], 0.5),
+        (np.array([[1.0, 0], [1, 1], [0, 1]]), 0),
+        (np.array([[0.5, -0.5], [0.5, 0], [0, 0]]), 0),
+        (np.array([[0.0, 0], [-1, 0], [0, -1]]), 0),
+        (np.array([[2.0, 2], [3, 2], [2, 3]]), 0),
+        (np.array([[0.0, 0], [0.5, 0], [0.5, 0.5], [0, 0.5]]), 0.25),
+        (np.array([[-1.0, -1], [3, -1], [-1, 3]]), 0.5),
+        (np.array([[0.2, 0.2], [0.4, 0.2], [0.2, 0.4]]), 0.02),
+        (np.array([[0.0, 0], [1, 1], [0, 1]]), 0.25),
+    ],
+    ids=[
+        "identical",
+        "identical, turned",
+        "shared edge",
+        "part of an edge shared",
+        "shared corner",
+        "disjoint",
+        "two edges in line",
+        "around",
+        "inside",
+        "diagonal through a corner",
+    ],
+)
+@pytest.mark.parametrize("k", [3, 6])
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_touching_polygons(polygon, area, k, shift):
+    # The shift rounds coordinates; quarters survive it.
+    exact = (4 * polygon == np.round(4 * polygon)).all()
+    _, _, _, volume = clip_to(UNIT + shift, [polygon + shift], k)
+    assert volume.sum() == pytest.approx(area, abs=1e-15 if exact or not shift else 1e-9)
+    assert (len(volume) > 0) == (area > 0)
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_two_sides_of_a_line_make_the_whole(seed):
+    rng = np.random.default_rng(seed)
+    polygon, (a, b) = convex(rng), rng.uniform(-1, 1, (2, 2))
+    parts = []
+    for side in (1.0, -1.0):
+        out = np.empty((2 * len(polygon), 2))
+        parts.append(out[: clipping.clip(polygon, len(polygon), a, b, side, out)])
+    areas = [clipping.area_and_centroid(part, len(part))[0] if len(part) else 0.0 for part in parts]
+    whole = clipping.area_and_centroid(polygon, len(polygon))[0]
+    assert sum(areas) == pytest.approx(whole, rel=1e-14)
+    if min(areas) > 0:
+        on_cut = {tuple(x) for x in parts[0]} & {tuple(x) for x in parts[1]}
+        assert len(on_cut) == 2
+
+
+def test_dust_goes_to_the_largest_piece():
+    width = 1e-15
+    dust = np.array([[0.0, 0.0], [width, 0], [width, 1], [0, 1]])
+    rest = np.array([[width, 0.0], [1, 0], [1, 1], [width, 1]])
+    owner, _, _, volume = clip_to(UNIT, [dust, rest])
+    np.testing.assert_array_equal(owner, [1])
+    assert volume.sum() == pytest.approx(0.5, rel=1e-16)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "cut"),
+    [
+        ((-1, 0.5), (2, 0.5), True),
+        ((-1, 0.5), (0.1, 0.5), True),
+        ((0.4, 0.5), (0.6, 0.5), True),
+        ((-1, 0.5), (0, 0.5), False),
+        ((-1, 0.5), (-0.1, 0.5), False),
+        ((0, 0), (1, 0), False),
+        ((-1, 0), (2, 0), False),
+        ((0, 0), (1, 1), True),
+        ((-1, -1), (0, 0), False),
+        ((-1, 1), (1, -1), False),
+        ((-1, 1e-10), (2, 1e-10), False),
+        ((-1, 1e-8), (2, 1e-8), True),
+        ((-1, 3), (2, 3), False),
+    ],
+    ids=[
+        "through",
+        "ends inside",
+        "all inside",
+        "ends at the border",
+        "ends before",
+        "one edge",
+        "along an edge",
+        "diagonal",
+        "ends at a corner",
+        "past a corner",
+        "a sliver",
+        "more than a sliver",
+        "elsewhere",
+    ],
+)
+@pytest.mark.parametrize("back", [False, True])
+def test_which_domains_a_segment_cuts(a, b, cut, back):
+    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    ends = np.array([a, b], float)[:: -1 if back else 1]
+    found = clipping.find_cut_domains(np.zeros((1, 2)), square, np.array([0, 4]), *ends)
+    assert found[0] == cut
