@@ -11,10 +11,24 @@ from cfmpm import pieces
 from cfmpm.fracture.domains import Domains, choose_domains
 from cfmpm.fracture.release import advance
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
-from cfmpm.loading import Loading, apply_loads, hold_nodes
+from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.meshing import triangulate
 from cfmpm.points import MaterialPoints, locate, seed
 from cfmpm.scene.model import Scene
+
+
+class SeveredError(Exception):
+    """A crack has cut off a part that the loads drive away.
+
+    Attributes
+    ----------
+    triangulation : Triangulation
+        The grid with that crack.
+    """
+
+    def __init__(self, triangulation: Triangulation) -> None:
+        self.triangulation = triangulation
+        super().__init__("severed: a part of the body is cut off, and the loads drive it away")
 
 
 @dataclass(frozen=True)
@@ -101,7 +115,7 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
 
     Raises
     ------
-    UnheldError
+    SeveredError
         Where the crack has cut off a part that the loads drive away.
     """
     mesh = body.triangulation
@@ -126,6 +140,10 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
                 points, domains, quadrature, grid, mesh.nodes[step.start], mesh.nodes[step.end]
             )
         integration = _as_points(quadrature)
+    try:
+        loading = apply_loads(scene, grid, integration)
+    except UnheldError as unheld:
+        raise SeveredError(mesh) from unheld
     floating, empty = _without_points(grid, integration.element)
     return Body(
         triangulation=mesh,
@@ -134,7 +152,7 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
         domains=domains,
         quadrature=quadrature,
         integration=integration,
-        loading=hold_nodes(apply_loads(scene, grid, integration), floating),
+        loading=hold_nodes(loading, floating),
         tip_domains=_tip_domains(scene, grid),
         quality=min(body.quality, *(step.quality for step in steps)),
         empty_elements=empty,

@@ -259,3 +259,8 @@ def _tips(
             )
         )
     return tips
+
+
+def region_of(grid: Grid, tip: CrackTip) -> int:
+    """Return the region of a triangle at a tip; rings around a tip do not leave it."""
+    return int(grid.regions[np.argmax((grid.triangles == tip.node).any(axis=1))])

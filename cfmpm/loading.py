@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,10 @@ from cfmpm.scene.model import Load, Scene
 
 # Loads are in equilibrium when their resultant is below this part of the sum of their moduli.
 BALANCE = 1e-9
+
+
+class UnheldError(SceneError):
+    """A part of the body is free to move, and the loads drive it."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +88,9 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     Raises
     ------
     SceneError
-        Where two loads prescribe different displacements at a node, a box holds no boundary, or a
-        motion is not held and the loads would drive it.
+        Where two loads prescribe different displacements at a node, or a box holds no boundary.
+    UnheldError
+        Where a motion is not held and the loads would drive it.
     """
     n = len(grid.nodes)
     prescribed = np.zeros((n, 2), bool)
@@ -141,6 +146,15 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     return Loading(prescribed, values, force, own_weight, density, boundaries, held)
 
 
+def hold_nodes(loading: Loading, nodes: Ints) -> Loading:
+    """Hold nodes that have no stiffness, at their prescribed displacement or at zero."""
+    if nodes.size == 0:
+        return loading
+    prescribed = loading.prescribed.copy()
+    prescribed[nodes] = True
+    return replace(loading, prescribed=prescribed)
+
+
 def _place(load: Load, grid: Grid) -> tuple[Boundary, float]:
     """Find the nodes of a load, their weights, and the length of the edges there."""
     if load.point is not None:
@@ -192,7 +206,7 @@ def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats
         resultant = np.einsum("nim,ni->m", modes, force[nodes])
         scale = np.abs(force[nodes]).sum()
         if np.abs(loose @ resultant).max() > BALANCE * scale:
-            raise SceneError([Problem(_unheld(grid, nodes, force[nodes]), "loads")])
+            raise UnheldError([Problem(_unheld(grid, nodes, force[nodes]), "loads")])
         motions = modes.reshape(-1, 3) @ loose.T
         _, order = qr(motions.T, mode="r", pivoting=True)
         chosen = order[: len(loose)]

@@ -61,12 +61,23 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "unstable_points": (_STEP, "1", "material points that lost ellipticity"),
     "n_points": (_STEP, "1", "material points"),
     "n_nodes": (_STEP, "1", "nodes of the background grid"),
+    "grid_quality": (_STEP, "1", "worst triangle that growth changed; 1 equilateral, 0 flat"),
+    "empty_elements": (_STEP, "1", "triangles without a material point"),
+    "floating_nodes": (_STEP, "1", "nodes without stiffness, which were held"),
     "n_unknowns": (_STEP, "1", "free degrees of freedom"),
     "reaction_x": (("step", "boundary"), "N mm-1", "force on the loaded part"),
     "reaction_y": (("step", "boundary"), "N mm-1", "force on the loaded part"),
     "displacement_x": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
     "displacement_y": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
     "wall_time": (("step", "phase"), "s", "wall time"),
+}
+# With which power of the load factor the quantities of a linear scene grow; the others not at all.
+LOAD_POWER = {
+    **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
+    **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
+    **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
+    **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),
+    **dict.fromkeys(("J", "G", "J_radius", "G_radius", "strain_energy"), 2),
 }
 # Quantities whose largest difference over the radii is stated as their spread.
 SPREAD = ("J", "G", "K_I", "K_II", "T_stress", "cf_norm", "cf_angle")

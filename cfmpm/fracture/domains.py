@@ -36,11 +36,14 @@ class Domains:
         Distance from the tip to the nearest thing that a domain must not hold [mm].
     cut_back : bool
         Whether a radius that was asked for was made smaller.
+    growing : bool
+        Whether the tip runs.
     """
 
     radii: tuple[float, ...]
     clearance: float
     cut_back: bool
+    growing: bool = False
 
 
 def choose_domains(
@@ -70,9 +73,9 @@ def choose_domains(
     if isinstance(wanted, int):
         reach = REACH_GROWING * tip.h if growing else max(REACH * tip.h, SHARE * clearance)
         reach = min(reach, largest)
-        return Domains(tuple(float(r) for r in reach * _fractions(wanted)), clearance, False)
+        return Domains(tuple(float(r) for r in reach * _fractions(wanted)), clearance, False, growing)
     radii = tuple(min(radius, largest) for radius in wanted)
-    return Domains(radii, clearance, radii != tuple(wanted))
+    return Domains(radii, clearance, radii != tuple(wanted), growing)
 
 
 def _fractions(count: int) -> Floats:

@@ -385,6 +385,11 @@ class Growth(Model):
     tips: Literal["all", "largest"] = Field(
         "all", description="which of the tips that meet the criterion run in an increment"
     )
+    transfer: Literal["domains", "paper"] = Field(
+        "domains",
+        description="how material points follow the moving grid: by the exact parts of their "
+        "domains, or, as the paper does, by point and unchanged volume",
+    )
     increments: Annotated[Count, Field(ge=1, le=100_000)] = Field(
         200, description="after how many increments to end at the latest"
     )

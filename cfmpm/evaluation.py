@@ -7,40 +7,35 @@ from typing import Any
 
 import numpy as np
 
+from cfmpm.body import Body
 from cfmpm.fracture import cf, criteria
-from cfmpm.fracture.domains import Domains
 from cfmpm.fracture.interaction import intensity_factors
 from cfmpm.fracture.opening import smallest_openings
-from cfmpm.grid import Floats, Grid
-from cfmpm.points import MaterialPoints
+from cfmpm.grid import Floats, region_of
 
 
 def evaluate_tips(
-    grid: Grid,
-    points: MaterialPoints,
+    body: Body,
     gradients: Floats,
     lame: Floats,
     displacement: Floats,
     nodal: Floats,
-    domains: Sequence[Domains],
-    body_force: Floats,
     g_c: Sequence[float | None],
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
     Parameters
     ----------
-    grid : Grid
-    points : MaterialPoints
+    body : Body
+        In balance.
     gradients : (p, k, 2) float
+        Basis gradients at its quadrature points [1/mm].
     lame : (q, 2) float
+        Lame's constants of each region [MPa].
     displacement : (n, 2) float
         Of the nodes [mm].
     nodal : (n, 2) float
         From `cf.nodal_force`.
-    domains : sequence of Domains
-        One a tip, all with the same number of radii.
-    body_force : (2,) float
     g_c : sequence of float or None
         Critical energy release rate of each region [N/mm].
 
@@ -50,11 +45,11 @@ def evaluate_tips(
         By the names of `results.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
         are those of the largest radius.
     """
+    grid, points, body_force = body.grid, body.integration, body.loading.body_force
     openings = smallest_openings(grid, displacement)
     rows: list[dict[str, Any]] = []
-    for tip, domain in zip(grid.tips, domains, strict=True):
-        # The three corners of any triangle at the tip lie in one region: rings do not leave it.
-        region = grid.regions[np.argmax((grid.triangles == tip.node).any(axis=1))]
+    for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
+        region = region_of(grid, tip)
         rings: list[dict[str, float]] = []
         for radius in domain.radii:
             q = cf.ring_weight(grid, tip, radius)
