@@ -30,7 +30,7 @@ def job(snakemake: Any) -> Iterator[None]:
         level=logging.INFO,
         format="%(asctime)s %(name)s %(message)s",
     )
-    numba.set_num_threads(min(snakemake.threads, numba.config.NUMBA_NUM_THREADS))
+    numba.set_num_threads(min(snakemake.threads, numba.get_num_threads()))
     log.info("rule %s on %d threads", snakemake.rule, snakemake.threads)
     try:
         yield
