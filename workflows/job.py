@@ -27,9 +27,10 @@ def job(snakemake: Any) -> Iterator[None]:
     logging.basicConfig(
         filename=snakemake.log[0],
         filemode="w",
-        level=logging.INFO,
         format="%(asctime)s %(name)s %(message)s",
     )
+    for name in ("cfmpm", "workflows"):
+        logging.getLogger(name).setLevel(logging.INFO)
     numba.set_num_threads(min(snakemake.threads, numba.get_num_threads()))
     log.info("rule %s on %d threads", snakemake.rule, snakemake.threads)
     try:
