@@ -45,8 +45,8 @@ class Measurement:
 
 def measure(
     path: str | Path,
+    scene: str | Path,
     *,
-    scene: str,
     converged: float,
     radius: float,
     repeats: int,

@@ -2,4 +2,4 @@ from workflows.job import job
 from workflows.performance.scaling import measure
 
 with job(snakemake):
-    measure(path=snakemake.output.data, **snakemake.params)
+    measure(snakemake.output.data, snakemake.input.scene, **snakemake.params)
