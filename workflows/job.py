@@ -1,14 +1,21 @@
-"""What every job of the workflow does before its work: log file and threads."""
+"""What surrounds every job of the workflow: imports, log file, threads."""
 
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 log = logging.getLogger(__name__)
+
+
+def let_scripts_import(root: Path) -> None:
+    """Make scripts, which run in processes of their own, import from the checkout at `root`."""
+    paths = [str(root), os.environ.get("PYTHONPATH", "")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(path for path in paths if path)
 
 
 @contextmanager
@@ -27,10 +34,11 @@ def job(snakemake: Any) -> Iterator[None]:
     logging.basicConfig(
         filename=snakemake.log[0],
         filemode="w",
-        level=logging.INFO,
         format="%(asctime)s %(name)s %(message)s",
     )
-    numba.set_num_threads(min(snakemake.threads, numba.config.NUMBA_NUM_THREADS))
+    for name in ("cfmpm", "workflows"):
+        logging.getLogger(name).setLevel(logging.INFO)
+    numba.set_num_threads(min(snakemake.threads, numba.get_num_threads()))
     log.info("rule %s on %d threads", snakemake.rule, snakemake.threads)
     try:
         yield

@@ -89,6 +89,8 @@ def _draw_load(axes: Axes, load: Load, grid: Grid, boundary: Boundary | None) ->
         return
     chosen = _spread_out(grid.nodes[boundary.nodes], SYMBOLS)
     x = grid.nodes[boundary.nodes[chosen]]
+    if len(x) > 1:  # so that the arrows in a hole do not cross it
+        size = float(np.clip(0.35 * np.ptp(x, axis=0).max(), 0.5 * size, size))
     outward = _outward_normals(grid, boundary.nodes)[chosen]
     vector = load.traction or load.force
     if vector is not None:

@@ -13,7 +13,6 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cfmpm.grid import Floats
 
@@ -69,9 +68,7 @@ def picture(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
 
 
 @contextmanager
-def panels(
-    path: Path, size: tuple[float, float], rows: int, columns: int
-) -> Iterator[NDArray[np.object_]]:
+def panels(path: Path, size: tuple[float, float], rows: int, columns: int) -> Iterator[Any]:
     """Open a figure of several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
     with matplotlib.rc_context(_RC):
         figure = Figure(figsize=size, layout="constrained")

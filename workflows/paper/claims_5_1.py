@@ -286,7 +286,9 @@ def write_claims(
     assert isinstance(plate, SingleEdge)
     claims = decide(
         Evidence(
-            *(xr.load_dataset(series[name]) for name in ("T3", "T6", "T6_graded")),
+            T3=xr.load_dataset(series["T3"]),
+            T6=xr.load_dataset(series["T6"]),
+            graded=xr.load_dataset(series["T6_graded"]),
             radius=radius,
             converged=converged,
             swept=tuple(swept),
@@ -332,7 +334,7 @@ def _largest_difference(series: xr.Dataset) -> float:
     return float(max([*ratios, series.cf_difference.max()]))
 
 
-def _word(held: bool, yes: str = "yes", no: str = "no") -> str:
+def _word(held: bool | np.bool, yes: str = "yes", no: str = "no") -> str:
     return yes if held else no
 
 

@@ -21,8 +21,8 @@ log = logging.getLogger(__name__)
 
 def measure(
     path: str | Path,
+    scene: str | Path,
     *,
-    scene: str,
     solver: str,
     repeats: int,
     series: Mapping[str, Sequence[Mapping[str, Any]]],

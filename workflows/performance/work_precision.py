@@ -45,8 +45,8 @@ class Measurement:
 
 def measure(
     path: str | Path,
+    scene: str | Path,
     *,
-    scene: str,
     converged: float,
     radius: float,
     repeats: int,
@@ -75,11 +75,12 @@ def measure(
     rows: list[dict[str, Any]] = []
     attributes: dict[str, Any] = {}
     for name, meshes in series.items():
+        for solver in solvers:  # loads libraries and touches memory
+            cfmpm.run(scene_with(scene, meshes[0], [radius], solver=solver))
         for mesh in meshes:
             grid_seconds = []
             for solver in solvers:
                 scenario = scene_with(scene, mesh, [radius], solver=solver)
-                cfmpm.run(scenario)  # loads libraries and touches memory
                 runs = []
                 for _ in range(repeats):
                     result = cfmpm.run(scenario)

@@ -1,5 +1,4 @@
 # Where things are, and the checked configuration; included first.
-import os
 import sys
 from pathlib import Path
 
@@ -10,13 +9,12 @@ ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
 workdir: str(ROOT)
 
 
-# Scripts run in processes of their own and import cfmpm and workflows from this checkout.
-os.environ["PYTHONPATH"] = os.pathsep.join(
-    filter(None, [str(ROOT), os.environ.get("PYTHONPATH")])
-)
 sys.path.insert(0, str(ROOT))
 
+from workflows.job import let_scripts_import
 from workflows.settings import read_settings
+
+let_scripts_import(ROOT)
 
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
@@ -25,11 +23,13 @@ configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
 
 
 # Nothing runs on a bad configuration: every scene of every series is checked here.
-os.chdir(ROOT)
 SETTINGS = read_settings(config)
 PAPER = SETTINGS.section_5_1
 
-PACKAGE = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/**/*.py"))
+# Results are computed again when the package changes, pictures when its plotting does.
+MODULES = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/**/*.py"))
+PLOTTING = [path for path in MODULES if path.startswith("cfmpm/plotting/")]
+PACKAGE = [path for path in MODULES if path not in PLOTTING]
 
 
 def plain(model):
@@ -37,21 +37,13 @@ def plain(model):
     return model.model_dump(mode="json", exclude_none=True)
 
 
-rule warm_up:
-    # Cold compilation takes longer than any job: do it once, before the fan-out.
-    input:
-        package=PACKAGE,
-    output:
-        stamp="results/.compiled",
-    log:
-        "results/logs/warm_up.log",
-    benchmark:
-        "results/benchmarks/warm_up.tsv"
-    threads: 1
-    resources:
-        mem_mb=1500,
-        runtime=5,
-    message:
-        "Compiling the kernels"
-    script:
-        "../scripts/warm_up.py"
+def measured(model):
+    """The parameters of a measurement; its scene is an input file."""
+    return {key: value for key, value in plain(model).items() if key != "scene"}
+
+
+def meshes_of_series(wildcards):
+    """The grids of one series."""
+    return {
+        wanted: plain(mesh) for wanted, mesh in PAPER.series[wildcards.series].items()
+    }

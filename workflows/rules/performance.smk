@@ -18,7 +18,7 @@ rule work_precision_data:
         mem_mb=3000,
         runtime=15,
     params:
-        **plain(SETTINGS.work_precision),
+        **measured(SETTINGS.work_precision),
     message:
         "Measuring error against run time"
     script:
@@ -28,7 +28,7 @@ rule work_precision_data:
 rule work_precision_figure:
     input:
         data=rules.work_precision_data.output.data,
-        code="workflows/performance/figures.py",
+        code=["workflows/performance/figures.py", *PLOTTING],
     output:
         picture=report(
             "results/performance/work_precision.png",
@@ -68,7 +68,7 @@ rule scaling_data:
         mem_mb=6000,
         runtime=60,
     params:
-        **plain(SETTINGS.scaling),
+        **measured(SETTINGS.scaling),
     message:
         "Measuring run time against size; takes minutes"
     script:
@@ -78,7 +78,7 @@ rule scaling_data:
 rule scaling_figure:
     input:
         data=rules.scaling_data.output.data,
-        code="workflows/performance/figures.py",
+        code=["workflows/performance/figures.py", *PLOTTING],
     output:
         picture=report(
             "results/performance/scaling.png",

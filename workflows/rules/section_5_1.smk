@@ -5,13 +5,6 @@ SERIES = {name: f"{S51}/{name}.nc" for name in PAPER.series}
 SCENE = PAPER.scene
 
 
-def meshes_of_series(wildcards):
-    """The grids of one series."""
-    return {
-        wanted: plain(mesh) for wanted, mesh in PAPER.series[wildcards.series].items()
-    }
-
-
 rule series:
     # All sizes of one element in one process: each takes less time than starting Python.
     input:
@@ -68,7 +61,7 @@ rule grids:
 rule fig4:
     input:
         grids=rules.grids.output.data,
-        code="workflows/paper/figures_5_1.py",
+        code=["workflows/paper/figures_5_1.py", *PLOTTING],
     output:
         picture=report(
             "results/paper/fig4.png",
@@ -96,7 +89,7 @@ rule fig4:
 rule fig5:
     input:
         series=SERIES["T3"],
-        code="workflows/paper/figures_5_1.py",
+        code=["workflows/paper/figures_5_1.py", *PLOTTING],
     output:
         picture=report(
             "results/paper/fig5.png",
@@ -126,7 +119,7 @@ rule fig6:
     input:
         series=SERIES["T3"],
         grids=rules.grids.output.data,
-        code="workflows/paper/figures_5_1.py",
+        code=["workflows/paper/figures_5_1.py", *PLOTTING],
     output:
         picture=report(
             "results/paper/fig6.png",
@@ -156,7 +149,7 @@ rule fig6:
 rule fig7:
     input:
         **SERIES,
-        code="workflows/paper/figures_5_1.py",
+        code=["workflows/paper/figures_5_1.py", *PLOTTING],
     output:
         picture=report(
             "results/paper/fig7.png",

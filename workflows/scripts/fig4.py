@@ -1,5 +1,3 @@
-from snakemake.script import snakemake
-
 from workflows.job import job
 from workflows.paper.figures_5_1 import write_fig4
 

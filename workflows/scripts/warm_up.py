@@ -1,5 +1,3 @@
-from snakemake.script import snakemake
-
 from workflows.job import job
 from workflows.warm_up import compile_kernels
 

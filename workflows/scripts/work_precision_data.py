@@ -1,7 +1,5 @@
-from snakemake.script import snakemake
-
 from workflows.job import job
 from workflows.performance.work_precision import measure
 
 with job(snakemake):
-    measure(path=snakemake.output.data, **snakemake.params)
+    measure(snakemake.output.data, snakemake.input.scene, **snakemake.params)

@@ -1,5 +1,3 @@
-from snakemake.script import snakemake
-
 from workflows.job import job
 from workflows.performance.figures import draw_work_precision
 
