@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from cfmpm import solvers
+from cfmpm.contact import close_faces
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid
 from cfmpm.kernels import assembly, constitutive
@@ -32,6 +33,10 @@ class Equilibrium:
         [mm].
     internal_force : (n, 2) float
         [N/mm].
+    contact_force : (n, 2) float
+        That crack faces exert on each other [N/mm].
+    contact_pairs : int
+        Number of pairs of nodes on crack faces that are closed.
     residual_norm : float
         Largest unbalanced force over the largest nodal force, before or after the solve.
     residual_floor : float
@@ -45,6 +50,8 @@ class Equilibrium:
 
     displacement: Floats
     internal_force: Floats
+    contact_force: Floats
+    contact_pairs: int
     residual_norm: float
     residual_floor: float
     solver: str
@@ -119,7 +126,9 @@ def solve_linear(
 ) -> Equilibrium:
     """Solve a linear scene in one step and update its points.
 
-    K delta_d = f_ext - f_int (paper eq 13, sign put right), from the prescribed displacement.
+    K delta_d = f_ext - f_int (paper eq 13, sign put right), from the prescribed displacement. Where
+    crack faces would overlap they are kept apart (`contact.close_faces`); the solution still grows
+    in proportion to the load.
 
     Parameters
     ----------
@@ -153,11 +162,13 @@ def solve_linear(
     factor = chosen.factor(stiffness, modes)
     solution = factor.solve(unbalanced[free])
     displacement[free] += solution.x
+    contact = close_faces(grid, loading.prescribed, displacement, factor)
+    displacement = contact.displacement
     update_points(grid, points, gradients, lame, displacement)
     force = internal_force(grid, points, gradients)
     # A rigid motion ends without force: what had to be balanced on the way sets the scale.
     scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))
-    residual = np.abs((loading.force - force)[free]).max(initial=0.0)
+    residual = np.abs((loading.force + contact.force - force)[free]).max(initial=0.0)
     residual_norm = float(residual / scale) if scale > 0.0 else 0.0
     residual_floor = 0.0
     if not residual_norm <= RESIDUAL:
@@ -174,6 +185,8 @@ def solve_linear(
     return Equilibrium(
         displacement=displacement,
         internal_force=force,
+        contact_force=contact.force,
+        contact_pairs=contact.pairs,
         residual_norm=residual_norm,
         residual_floor=residual_floor,
         solver=chosen.name,

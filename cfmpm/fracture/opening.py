@@ -1,10 +1,58 @@
-"""The opening of crack faces."""
+"""The faces of cracks: pairs of coincident nodes, and their opening."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from cfmpm.grid import Floats, Grid
+from cfmpm.grid import Floats, Grid, Ints
+
+
+@dataclass(frozen=True)
+class FacePairs:
+    """The nodes of a crack that are doubled, one on each face.
+
+    Attributes
+    ----------
+    left, right : (k,) int
+        Coincident nodes of the faces on the left and right of the crack. Tips are no pair.
+    normal : (k, 2) float
+        Unit normal from the right face to the left one: where the crack is bent, the mean of the
+        edges on both sides by their length, along which a uniform pressure acts on the node.
+    """
+
+    left: Ints
+    right: Ints
+    normal: Floats
+
+    def opening(self, displacement: Floats) -> Floats:
+        """Distance of the nodes along the normal, (k,); negative where the faces overlap.
+
+        Parameters
+        ----------
+        displacement : (n, 2) float
+            Of all nodes [mm].
+        """
+        jump = displacement[self.left] - displacement[self.right]
+        return np.einsum("ki,ki->k", jump, self.normal)
+
+
+def face_pairs(grid: Grid, crack: str) -> FacePairs:
+    """Pair the nodes on the two faces of a crack."""
+    faces = grid.crack_faces[crack]
+    left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
+    # The right face runs the other way: its ends change places.
+    right[:, [0, 1]] = right[:, [1, 0]]
+    along = grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]
+    turned = np.column_stack([-along[:, 1], along[:, 0]])
+    nodes = np.stack([left, right], axis=2).reshape(-1, 2)
+    pairs, number = np.unique(nodes, axis=0, return_inverse=True)
+    normal = np.zeros((len(pairs), 2))
+    np.add.at(normal, number.ravel(), np.repeat(turned, left.shape[1], axis=0))
+    normal /= np.hypot(*normal.T)[:, None]
+    doubled = pairs[:, 0] != pairs[:, 1]
+    return FacePairs(pairs[doubled, 0], pairs[doubled, 1], normal[doubled])
 
 
 def smallest_openings(grid: Grid, displacement: Floats) -> dict[str, float]:
@@ -19,17 +67,9 @@ def smallest_openings(grid: Grid, displacement: Floats) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By crack [mm]; negative where the faces overlap, which they do freely: contact is not
-        modelled, and K_I and the configurational force then mean nothing.
+        By crack [mm]: zero where the faces do not overlap, as at a tip; negative where they do.
     """
-    openings = {}
-    for name, faces in grid.crack_faces.items():
-        left = grid.edge_nodes(faces[:, 0])
-        right = grid.edge_nodes(faces[:, 1])
-        # The right face runs the other way: its ends change places.
-        right[:, [0, 1]] = right[:, [1, 0]]
-        along = grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]
-        normal = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
-        jump = displacement[left] - displacement[right]
-        openings[name] = float(np.einsum("kni,ki->kn", jump, normal).min())
-    return openings
+    return {
+        crack: float(face_pairs(grid, crack).opening(displacement).min(initial=0.0))
+        for crack in grid.crack_faces
+    }
