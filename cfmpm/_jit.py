@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import config
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -39,8 +40,8 @@ def kernel(function: Function) -> Function:
     every run, whatever the number of threads.
     """
     folder = cache_folder()
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder)
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         compiled = numba.njit(cache=True, error_model="numpy")(function)
@@ -48,5 +49,5 @@ def kernel(function: Function) -> Function:
         # An unwritable cache costs compile time, not the run.
         compiled = numba.njit(error_model="numpy")(function)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
     return cast(Function, compiled)

@@ -14,7 +14,7 @@ from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.meshing import triangulate
 from cfmpm.points import MaterialPoints, locate, seed
-from cfmpm.scene.model import Scene
+from cfmpm.scene import Scene, expand
 
 
 class SeveredError(Exception):
@@ -37,6 +37,8 @@ class Body:
 
     Attributes
     ----------
+    scene : Scene
+        Expanded: with its geometry, loads and names.
     triangulation : Triangulation
         The grid with its cracks closed, from which growth makes the next one.
     grid : Grid
@@ -58,6 +60,7 @@ class Body:
         Triangles without a quadrature point and nodes that only these touch, which are held.
     """
 
+    scene: Scene
     triangulation: Triangulation
     grid: Grid
     points: MaterialPoints
@@ -72,7 +75,16 @@ class Body:
 
 
 def build(scene: Scene) -> Body:
-    """Build the body of an expanded scene.
+    """Build the body of a scene, before its first solve.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Body
+        With material points free of stress.
 
     Raises
     ------
@@ -81,10 +93,12 @@ def build(scene: Scene) -> Body:
     MeshError
         Where no grid could be made.
     """
+    scene = expand(scene)
     triangulation = triangulate(scene)
     grid = build_grid(triangulation, scene.mesh.element)
     points = seed(grid)
     return Body(
+        scene=scene,
         triangulation=triangulation,
         grid=grid,
         points=points,
@@ -96,13 +110,11 @@ def build(scene: Scene) -> Body:
     )
 
 
-def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
+def release(body: Body, running: Mapping[str, Floats]) -> Body:
     """Lengthen the cracks at the tips that run, one after the other, and redefine the grid.
 
     Parameters
     ----------
-    scene : Scene
-        Expanded.
     body : Body
     running : mapping of str to (2,) float
         Direction of each tip that runs, by its name.
@@ -118,7 +130,7 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     SeveredError
         Where the crack has cut off a part that the loads drive away.
     """
-    mesh = body.triangulation
+    scene, mesh = body.scene, body.triangulation
     tips = {tip.name: tip for tip in body.grid.tips}
     steps = []
     for name, direction in running.items():
@@ -146,6 +158,7 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
         raise SeveredError(mesh) from unheld
     floating, empty = _without_points(grid, integration.element)
     return Body(
+        scene=scene,
         triangulation=mesh,
         grid=grid,
         points=points,

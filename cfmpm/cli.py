@@ -125,16 +125,15 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
 
     Example: cfmpm check configs/examples/general.yaml --output /tmp/look
     """
-    from cfmpm import simulation, solvers, summary
-    from cfmpm.clock import Clock
+    from cfmpm import body, record, solvers, summary
     from cfmpm.plotting.files import save_scene
     from cfmpm.scene import load_scene
 
     scene = load_scene(scene_file, _overrides(set_))
-    start = simulation.prepare(scene, Clock(_log_phase))
+    start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
-    left_out = simulation.left_out(start.scene, start.grid)
-    radii = [max(domain.radii) for domain in start.domains]
+    left_out = record.left_out(start.scene, bool(start.grid.tips))
+    radii = [max(domain.radii) for domain in start.tip_domains]
     folder = output or Path("results") / scene.name
     path = save_scene(folder, start.scene, start.grid, start.loading, radii)
     typer.echo(summary.of_check(start, solver, left_out, path))
@@ -156,8 +155,7 @@ def plot(
 
     Example: cfmpm plot results/single_edge_crack
     """
-    from cfmpm import simulation
-    from cfmpm.clock import Clock
+    from cfmpm import body, simulation
     from cfmpm.fields import build_fields
     from cfmpm.plotting import files
     from cfmpm.scene import scene_from_dict
@@ -170,13 +168,13 @@ def plot(
     if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
         typer.echo(f"{fields_file} belongs to another run: not used", err=True)
         fields = None
-    state: simulation.Prepared | simulation.Result
+    state: body.Body | simulation.Result
     if fields is None:
         typer.echo(f"no fields of this run: solving {scene.name} again", err=True)
         state = simulation.run(scene, _log_phase)
         fields = build_fields(state)
     else:
-        state = simulation.prepare(scene, Clock(_log_phase))
+        state = body.build(scene)
 
     folder = output or source.parent
     radii = [float(of_tip.max()) for of_tip in history["domain_radius"].values[-1]]

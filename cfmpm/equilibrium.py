@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -122,7 +121,7 @@ def solve_linear(
     gradients: Floats,
     lame: Floats,
     loading: Loading,
-    solver: Literal["auto", "cholmod", "superlu", "amg"] = "auto",
+    solver: str = "auto",
 ) -> Equilibrium:
     """Solve a linear scene in one step and update its points.
 

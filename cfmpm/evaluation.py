@@ -75,12 +75,7 @@ def evaluate_tips(
             for name, value in rings[largest].items()
             if name != "domain_radius"
         }
-        faces = grid.crack_faces[tip.crack][:, 0]
-        ends = grid.nodes[grid.edge_nodes(faces)[:, :2]]
         row |= {
-            "tip_x": grid.nodes[tip.node, 0],
-            "tip_y": grid.nodes[tip.node, 1],
-            "crack_length": np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum(),
             "cf_x": force[0],
             "cf_y": force[1],
             "cf_tip_x": nodal[tip.node, 0],

@@ -111,7 +111,7 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
     cell = np.sqrt(extent.prod() / len(triangles))
     shape = np.maximum(1, (extent / cell).astype(np.int64))
     size = extent / shape
-    buckets = location.fill_buckets(grid.nodes, triangles, origin, size, shape)
+    offsets, items = location.fill_buckets(grid.nodes, triangles, origin, size, shape)
     found[lost] = location.search_buckets(
         grid.nodes,
         triangles,
@@ -119,7 +119,8 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
         origin,
         size,
         shape,
-        *buckets,
+        offsets,
+        items,
         hints[lost],
         position[lost],
     )

@@ -15,7 +15,7 @@ from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture.domains import FILL, RESOLVED
 from cfmpm.fracture.growth import Decision
 from cfmpm.fracture.opening import smallest_openings
-from cfmpm.grid import Floats, Grid, Triangulation
+from cfmpm.grid import Grid, Triangulation
 from cfmpm.meshing import resolved_grading
 from cfmpm.scene.model import Scene
 
@@ -27,19 +27,18 @@ class Record:
     ----------
     scene : Scene
         As the user wrote it.
-    full : Scene
-        The same, expanded.
     body : Body
         At the start: its tips, and the ends of cracks that are none, keep their names and places.
     clock : Clock
     """
 
-    def __init__(self, scene: Scene, full: Scene, body: Body, clock: Clock) -> None:
-        self.scene, self.full = scene, full
+    def __init__(self, scene: Scene, body: Body, clock: Clock) -> None:
+        self.scene, self.full = scene, body.scene
         self.tips = {tip.name: (tip.crack, tip.end) for tip in body.grid.tips}
         self.boundaries = list(body.loading.boundaries)
-        self.radii = _nominal_radii(full, body)
-        self.holes = {str(hole.name) for hole in full.geometry.holes} if full.geometry else set()
+        self.radii = _nominal_radii(body)
+        geometry = body.scene.geometry
+        self.holes = {str(hole.name) for hole in geometry.holes} if geometry else set()
         self.steps: list[results.StepRecord] = []
         self.warnings: dict[str, None] = {}
         self.notes: dict[str, Any] = {}
@@ -47,11 +46,8 @@ class Record:
         self._seconds: dict[str, float] = {}
         self._start_lengths = self._lengths(body.triangulation)
         self._work = 0.0
-
-    @property
-    def final_load_factor(self) -> float:
-        """Load factor of the last step."""
-        return self.steps[-1].load_factor
+        # Load factor, and what it and the reactions have moved through, at the last step.
+        self._last = (0.0, 0.0, 0.0)
 
     def add(
         self,
@@ -72,7 +68,9 @@ class Record:
         decision : Decision
             With the load factor that the step is recorded at.
         """
-        factor = decision.load_factor if np.isfinite(decision.load_factor) else 1.0
+        factor = decision.load_factor
+        if not np.isfinite(factor):
+            factor = self.steps[-1].load_factor if self.steps else 1.0
         values = self._of_ends(body, decision)
         rows = [list(self.tips).index(tip.name) for tip in body.grid.tips]
         for name, found in tips.items():
@@ -86,7 +84,7 @@ class Record:
         values["external_work"] = self._work_done(body, balance, factor)
         values["fracture_energy"] = self._fracture_energy(body)
         self._append(factor, values)
-        self.notes |= _notes(self.full, body, balance)
+        self.notes |= _notes(body, balance)
         self.warnings |= dict.fromkeys(_warnings(body, balance))
 
     def add_severed(self, triangulation: Triangulation) -> None:
@@ -171,11 +169,12 @@ class Record:
         loading, u = body.loading, balance.displacement
         applied = float((loading.force * np.where(loading.prescribed, 0.0, u)).sum())
         reaction = float((balance.internal_force * loading.displacement).sum())
-        state = factor, factor * applied, factor * reaction, factor
-        last = getattr(self, "_last_state", (0.0, 0.0, 0.0, 0.0))
-        self._last_state = state
-        self._work += 0.5 * (state[0] + last[0]) * (state[1] - last[1])
-        self._work += 0.5 * (state[2] + last[2]) * (state[3] - last[3])
+        # Dead loads: factor times f over factor times u; grips the other way round.
+        dead, grip = factor * applied, factor * reaction
+        last_factor, last_dead, last_grip = self._last
+        self._work += 0.5 * (factor + last_factor) * (dead - last_dead)
+        self._work += 0.5 * (grip + last_grip) * (factor - last_factor)
+        self._last = factor, dead, grip
         return self._work
 
 
@@ -241,21 +240,21 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     }
 
 
-def _nominal_radii(scene: Scene, body: Body) -> list[float]:
+def _nominal_radii(body: Body) -> list[float]:
     """The radii asked for, else those of the tip with the most room."""
-    if not isinstance(scene.fracture.radii, int):
-        return list(scene.fracture.radii)
+    if not isinstance(body.scene.fracture.radii, int):
+        return list(body.scene.fracture.radii)
     if not body.tip_domains:
         return []
     return list(max((domain.radii for domain in body.tip_domains), key=max))
 
 
-def _notes(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
+def _notes(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Say what was chosen."""
-    grading = resolved_grading(scene)
+    grading = resolved_grading(body.scene)
     notes: dict[str, Any] = {
         "formulation": "total Lagrangian, small strain: one linear solve a step",
-        "element": scene.mesh.element,
+        "element": body.scene.mesh.element,
         "solver": balance.solver,
         "linear_iterations": balance.iterations,
         "rigid_motions_held": body.loading.held,

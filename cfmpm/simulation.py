@@ -11,15 +11,15 @@ from cfmpm import body as bodies
 from cfmpm import equilibrium
 from cfmpm.body import Body
 from cfmpm.clock import Clock
-from cfmpm.fracture import cf, growth
 from cfmpm.evaluation import evaluate_tips
+from cfmpm.fracture import cf, growth
 from cfmpm.grid import Floats, Grid
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.loading import Loading, UnheldError
+from cfmpm.loading import Loading
 from cfmpm.materials import lame_constants, region_materials
 from cfmpm.points import MaterialPoints, locate
 from cfmpm.record import Record
-from cfmpm.scene import Scene, expand
+from cfmpm.scene import Scene
 
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
 GROWTH_PHASES = (*PHASES, "release")
@@ -31,18 +31,20 @@ class State:
 
     Attributes
     ----------
-    scene : Scene
-        Expanded: with its geometry, loads and names.
     body : Body
     balance : equilibrium.Equilibrium
     configurational_force : (n, 2) float
         At the grid nodes [N/mm].
     """
 
-    scene: Scene
     body: Body
     balance: equilibrium.Equilibrium
     configurational_force: Floats
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, expanded: with its geometry, loads and names."""
+        return self.body.scene
 
     @property
     def grid(self) -> Grid:
@@ -112,12 +114,11 @@ def run(
     iteration, positions stay (6), and the grid is not reset (9).
     """
     clock = Clock(announce)
-    full = expand(scene)
     with clock("grid"):  # step 1: grid with the cracks as doubled nodes, material points, loads
-        body = bodies.build(full)
-    record = Record(scene, full, body, clock)
-    lame = lame_constants(full, body.grid.region_names)
-    g_c = [material.g_c for material in region_materials(full, body.grid.region_names)]
+        body = bodies.build(scene)
+    record = Record(scene, body, clock)
+    lame = lame_constants(body.scene, body.grid.region_names)
+    g_c = [material.g_c for material in region_materials(body.scene, body.grid.region_names)]
     while True:
         grid, points, loading = body.grid, body.integration, body.loading
         with clock("points"):  # step 2: triangles of the points, basis gradients
@@ -127,24 +128,24 @@ def run(
             stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
         with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
             balance = equilibrium.solve_linear(
-                stiffness, grid, points, gradients, lame, loading, full.solver
+                stiffness, grid, points, gradients, lame, loading, scene.solver
             )
             bodies.update_owners(body)
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
             nodal = cf.nodal_force(grid, points, gradients, loading.body_force)
             tips = evaluate_tips(body, gradients, lame, balance.displacement, nodal, g_c)
-            decision = growth.decide(grid, tips, g_c, full.growth)
+            decision = growth.decide(grid, tips, g_c, scene.growth)
         record.add(body, balance, tips, decision)
-        state = State(full, body, balance, nodal)
+        state = State(body, balance, nodal)
         observe(state, record)
-        ending = growth.ending(full.growth, decision, grid.tips, len(record.steps))
+        ending = growth.ending(scene.growth, decision, grid.tips, len(record.steps))
         if ending:
             break
         with clock("release"):  # steps 8 and 9: align segments, double nodes, redefine the grid
             try:
-                body = bodies.release(full, body, decision.running)
+                body = bodies.release(body, decision.running)
             except bodies.SeveredError as severed:
                 record.add_severed(severed.triangulation)
                 ending = str(severed)
                 break
-    return Result(full, state.body, state.balance, nodal, history=record.history(ending))
+    return Result(state.body, state.balance, nodal, record.history(ending))

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from cfmpm.simulation import Prepared, Result
+from cfmpm.body import Body
+from cfmpm.simulation import Result
 
 WIDTH = 100
 # Name in the history, what it is called, and its unit.
@@ -70,12 +71,12 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
     return "\n\n".join([*blocks, _facts(facts)])
 
 
-def of_check(start: Prepared, solver: str, left_out: Sequence[str], written: Path) -> str:
+def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -> str:
     """Sum up a scene before it is solved.
 
     Parameters
     ----------
-    start : Prepared
+    start : Body
     solver : str
         That would be taken.
     left_out : sequence of str
@@ -87,7 +88,7 @@ def of_check(start: Prepared, solver: str, left_out: Sequence[str], written: Pat
         f"clearance {domain.clearance:.4g}, "
         f"domain radii {', '.join(f'{radius:.4g}' for radius in domain.radii)} mm"
         f"{' (cut back)' if domain.cut_back else ''}"
-        for tip, domain in zip(start.grid.tips, start.domains, strict=True)
+        for tip, domain in zip(start.grid.tips, start.tip_domains, strict=True)
     ]
     facts = [
         *_sizes(start),
@@ -101,30 +102,17 @@ def of_check(start: Prepared, solver: str, left_out: Sequence[str], written: Pat
 
 
 def _warnings(history: xr.Dataset) -> list[str]:
-    """What spoils the values of a tip."""
-    tips, found = history["tip"].values, []
-    closed = [str(tip) for tip in tips[history["K_I"].values < 0.0]]
-    if closed:
-        found.append(
-            f"K_I < 0 at {', '.join(closed)}: the crack faces overlap there; contact is left out, "
-            "and the values of these tips do not hold."
-        )
-    if len(tips):
-        cut = np.atleast_1d(history.attrs["domain_cut_back"]).astype(bool)
-        if cut.any():
-            found.append(
-                f"Domain radii cut back to the room around {', '.join(map(str, tips[cut]))}."
-            )
-    return ["\n".join(textwrap.wrap(text, WIDTH)) for text in found]
+    """What spoils the values, as the run itself says."""
+    return ["\n".join(textwrap.wrap(text, WIDTH)) for text in history.attrs["warnings"]]
 
 
-def _heading(of: Prepared | Result) -> str:
+def _heading(of: Body | Result) -> str:
     scene = of.scene
     text = f"{scene.name}: {scene.description}" if scene.description else scene.name
     return "\n".join(textwrap.wrap(text, WIDTH))
 
 
-def _sizes(of: Prepared | Result) -> list[tuple[str, str]]:
+def _sizes(of: Body | Result) -> list[tuple[str, str]]:
     grid, held = of.grid, of.loading.held
     facts = [
         (

@@ -162,7 +162,7 @@ class TestFailures:
         def fail(*_: object) -> None:
             raise error
 
-        monkeypatch.setattr(simulation, "triangulate", fail)
+        monkeypatch.setattr(body, "triangulate", fail)
         expect_failure(call(command, scene), status, words)
 
     def test_loads_that_make_no_sense_on_the_grid(self, scene: Path) -> None:

@@ -73,7 +73,9 @@ def choose_domains(
     if isinstance(wanted, int):
         reach = REACH_GROWING * tip.h if growing else max(REACH * tip.h, SHARE * clearance)
         reach = min(reach, largest)
-        return Domains(tuple(float(r) for r in reach * _fractions(wanted)), clearance, False, growing)
+        return Domains(
+            tuple(float(r) for r in reach * _fractions(wanted)), clearance, False, growing
+        )
     radii = tuple(min(radius, largest) for radius in wanted)
     return Domains(radii, clearance, radii != tuple(wanted), growing)
 

@@ -25,7 +25,8 @@ class Decision:
     Attributes
     ----------
     load_factor : float
-        At which they do it; infinite where no load makes a crack run.
+        At which they do it; infinite where no load makes a crack run, nan where no tip is left
+        under crack control.
     running : dict of str to (2,) float
         Direction of each tip that runs, by its name.
     """
@@ -55,8 +56,10 @@ def decide(
         Under load control the load factor is one, and tips run whose criterion reaches g_c. Under
         crack control it is the one at which the first tip gets there, sqrt(g_c / G).
     """
-    if growth is None or not grid.tips:
+    if growth is None:
         return Decision(1.0, {})
+    if not grid.tips:
+        return Decision(1.0 if growth.control == "load" else math.nan, {})
     toughness = np.array([g_c[region_of(grid, tip)] for tip in grid.tips], float)
     driving = np.asarray(values["G" if growth.criterion == "energy_release_rate" else "cf_norm"])
     # Faces that are pressed together open no crack, whatever the integral says.

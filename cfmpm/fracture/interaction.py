@@ -11,6 +11,12 @@ from cfmpm.kernels import eshelby
 from cfmpm.materials import plane_modulus
 from cfmpm.points import MaterialPoints
 
+# Element sizes from a tip within which the contact pressure on closed faces is taken from as far
+# again beyond. It is smooth there, but its nodal forces carry the error of the singular stress in
+# the tip elements, which falls off with the square of the distance (K_I of a closed crack: 4 % of
+# K_II with these forces, 1 % without).
+NEAR = 8.0
+
 
 @dataclass(frozen=True)
 class IntensityFactors:
@@ -30,6 +36,7 @@ def intensity_factors(
     tip: CrackTip,
     q: Floats,
     body_force: Floats,
+    contact_force: Floats | None = None,
 ) -> IntensityFactors:
     """Evaluate K_I, K_II and T in a ring around a tip.
 
@@ -48,6 +55,8 @@ def intensity_factors(
         themselves add, which vanishes with the ring, is left out.
     body_force : (2,) float
         [N/mm^3].
+    contact_force : (n, 2) float, optional
+        That crack faces exert on each other [N/mm].
 
     Returns
     -------
@@ -75,6 +84,8 @@ def intensity_factors(
         *lame,
         body_force,
     )
+    if contact_force is not None and contact_force.any():
+        integrals[:2] -= _work_of_contact(grid, contact_force, tip, q, lame)
     k_1, k_2 = 0.5 * modulus * integrals[:2]
     return IntensityFactors(
         K_I=float(k_1),
@@ -82,6 +93,68 @@ def intensity_factors(
         T_stress=float(modulus * integrals[2]),
         G=float((k_1**2 + k_2**2) / modulus),
     )
+
+
+def _work_of_contact(
+    grid: Grid, contact_force: Floats, tip: CrackTip, q: Floats, lame: Floats
+) -> Floats:
+    """Integrate t_i [a_i,1] q, contact traction times jump of the auxiliary fields, over the faces.
+
+    Parameters
+    ----------
+    grid : Grid
+    contact_force : (n, 2) float
+        [N/mm].
+    tip : CrackTip
+    q : (n,) float
+    lame : (2,) float
+
+    Returns
+    -------
+    (2,) float
+        Of modes I and II, per auxiliary unit [N/mm]. The point force of the T-stress has no jump,
+        nor has the solution itself along its closed faces, so that J needs no such term.
+    """
+    left = grid.edge_nodes(grid.crack_faces[tip.crack][:, 0])
+    lengths = np.hypot(*(grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]).T)
+    rule = np.array([0.5, 0.5]) if left.shape[1] == 2 else np.array([1.0, 1.0, 4.0]) / 6.0
+    share = np.bincount(left.ravel(), np.outer(lengths, rule).ravel(), len(grid.nodes))
+    # Between neighbouring nodes, from the tip on, traction and q are taken as linear.
+    links = left if left.shape[1] == 2 else left[:, [[0, 2], [2, 1]]].reshape(-1, 2)
+    if tip.end == -1:
+        links = links[::-1, ::-1]
+    traction = contact_force[links] / share[links][:, :, None]
+    x = grid.nodes[links]
+    length = np.hypot(*(x[:, 1] - x[:, 0]).T)
+    end = np.cumsum(length)
+    start = end - length
+    near = end <= min(NEAR * tip.h, 0.5 * end[-1])
+    if traction[near].any():
+        beyond = ~near & (start < 2.0 * NEAR * tip.h)
+        traction[near] = np.average(traction[beyond].mean(axis=1), axis=0, weights=length[beyond])
+    # Gauss points of the root of the distance from the tip, in which the fields are smooth.
+    abscissae, weights = np.polynomial.legendre.leggauss(4)
+    low, high = np.sqrt(start)[:, None], np.sqrt(end)[:, None]
+    root = 0.5 * (low + high) + 0.5 * (high - low) * abscissae
+    ds = root * (high - low) * weights
+    part = (root**2 - start[:, None]) / length[:, None]
+    shape = np.stack([1.0 - part, part], axis=2)
+    inside = (q[links] > 0.0).any(axis=1)
+    away = (shape[inside] @ x[inside]).reshape(-1, 2) - tip.path[0]
+    frame = np.array([tip.tangent, [-tip.tangent[1], tip.tangent[0]]])
+    along, across = frame @ away.T
+    r, theta = np.hypot(along, across), np.mod(np.arctan2(across, along), 2.0 * np.pi)
+    # The fields of the other face, one turn away, are the negative ones.
+    side = 2.0 if tip.end == -1 else -2.0
+    jump = np.array(
+        [
+            [eshelby.auxiliary_gradient(mode, *place, *lame)[::2] for place in zip(r, theta)]
+            for mode in (0, 1)
+        ]
+    )
+    q_ds = (np.einsum("lgn,ln->lg", shape, q[links]) * ds)[inside].ravel()
+    t = (shape[inside] @ traction[inside]).reshape(-1, 2) @ frame.T
+    return side * np.einsum("mgi,gi,g->m", jump, t, q_ds)
 
 
 def polar_coordinates(tip: CrackTip, x: Floats) -> tuple[Floats, Floats]:

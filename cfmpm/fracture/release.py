@@ -129,7 +129,8 @@ class _Star:
         if inside.size == 0:
             raise ValueError("the direction leaves the triangles around the tip")
         hit = inside[0]
-        return *map(int, self.sides[hit]), float(to_a[hit] / (to_a[hit] - to_b[hit]))
+        first, second = map(int, self.sides[hit])
+        return first, second, float(to_a[hit] / (to_a[hit] - to_b[hit]))
 
     def is_wall(self, first: int, second: int) -> bool:
         """Whether a side is part of the boundary or of a crack."""
@@ -179,7 +180,9 @@ class _Star:
         """Split a side, and the triangles on both sides of it, where the direction crosses it."""
         mesh = self.mesh
         new = len(mesh.nodes)
-        nodes = np.vstack([mesh.nodes, (1 - place) * mesh.nodes[first] + place * mesh.nodes[second]])
+        nodes = np.vstack(
+            [mesh.nodes, (1 - place) * mesh.nodes[first] + place * mesh.nodes[second]]
+        )
         star = mesh.triangles, self.offsets, self.half_edges
         beside = [
             int(topology.find_half_edge(*star, *pair))

@@ -417,7 +417,7 @@ class Scene(Model):
     plane: Literal["strain", "stress"] = "strain"
     loads: list[Load] = []
     mesh: Mesh = Mesh()
-    solver: Literal["auto", "cholmod", "superlu", "amg"] = "auto"
+    solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = "auto"
     fracture: Fracture = Fracture()
     growth: Growth | None = Field(None, description="left out: the cracks do not grow")
     output: Output = Output()
