@@ -145,7 +145,9 @@ def _clip_again(
     is_changed = np.zeros(len(grid.elements), bool)
     is_changed[changed] = True
     dropped = is_changed[quadrature.element]
-    owners = np.union1d(quadrature.owner[dropped], newcomers)
+    is_there = np.zeros(len(domains), bool)
+    is_there[quadrature.owner[dropped]] = True
+    is_there[newcomers] = True
     owner, element, position, volume = clipping.clip_domains(
         grid.nodes,
         grid.elements,
@@ -153,7 +155,7 @@ def _clip_again(
         domains.anchors,
         domains.vertices,
         domains.offsets,
-        owners,
+        np.flatnonzero(is_there),
     )
     clipped = Quadrature(owner, element, position, volume, points.material[owner])
     # Points of one triangle follow each other, as the sums over points like it; and the order does
@@ -205,9 +207,9 @@ def split_points(
     if cut.size == 0:
         return points, domains, quadrature
     n = len(points)
-    parent = np.concatenate([np.arange(n), cut])
-    newcomers = np.arange(n, len(parent))
-    split = MaterialPoints(**{f.name: getattr(points, f.name)[parent] for f in fields(points)})
+    newcomers = np.arange(n, n + len(cut))
+    columns = {f.name: getattr(points, f.name) for f in fields(points)}
+    split = MaterialPoints(**{name: np.concatenate([x, x[cut]]) for name, x in columns.items()})
     lefts: list[Floats] = []
     rights: list[Floats] = []
     for p, newcomer in zip(cut, newcomers, strict=True):
@@ -223,7 +225,7 @@ def split_points(
             parts.append(work[:k])
         split.volume[[p, newcomer]] = points.volume[p] * np.array(areas) / sum(areas)
     divided = _replace_and_append(domains, cut, lefts, rights)
-    touched = np.unique(quadrature.element[np.isin(quadrature.owner, cut)])
+    touched = quadrature.element[np.isin(quadrature.owner, cut)]
     return split, divided, _clip_again(quadrature, divided, split, grid, touched, newcomers)
 
 
