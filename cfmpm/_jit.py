@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import config
+from numba.core import config as _config
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -31,6 +31,10 @@ def cache_folder() -> Path:
         home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
         base = str(Path(home) / "cfmpm")
     return Path(base) / f"kernels-{digest}"
+
+
+# Numba sets its options on the module when it is loaded.
+config: Any = _config
 
 
 def kernel(function: Function) -> Function:

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
-from cfmpm import __version__, simulation
+from cfmpm import __version__, body, simulation
 from cfmpm.cli import app
 from cfmpm.errors import MeshError, SolveError
 from cfmpm.scene.schema import schema
