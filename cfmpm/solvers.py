@@ -328,6 +328,9 @@ class SuperLU:
             )
         except RuntimeError as failure:
             raise NotPositiveDefiniteError("a pivot is exactly zero") from failure
+        if not np.array_equal(self._factor.perm_r, self._factor.perm_c):
+            # SuperLU leaves the diagonal only there.
+            raise NotPositiveDefiniteError("a pivot is exactly zero")
         pivots = self._factor.U.diagonal()
         negative = int(np.count_nonzero(pivots < 0.0))
         if negative:
@@ -370,6 +373,11 @@ class Amg:
             max_coarse=200,
             coarse_solver="splu",
         )
+        # The direct coarse solver would hide directions of negative curvature from the iteration.
+        try:
+            np.linalg.cholesky(self._hierarchy.levels[-1].A.toarray())
+        except np.linalg.LinAlgError as failure:
+            raise NotPositiveDefiniteError("it is not so on the coarsest level") from failure
 
     def solve(self, b: Floats) -> tuple[Floats, tuple[float, ...]]:
         cycle = self._hierarchy.aspreconditioner(cycle="V")

@@ -205,6 +205,13 @@ def test_zero_and_negative_diagonal(solver):
         assert caught.value.unknown == 1
 
 
+def test_exact_zero_pivot(solver):
+    # Indefinite, but an exchange of rows makes all pivots of the L U factor positive.
+    K = csr_array(np.array([[1.0, 1, 0], [1, 1, 1], [0, 1, 5]]))
+    with pytest.raises(NotPositiveDefiniteError):
+        solver.factor(K, np.ones((3, 1)))
+
+
 def test_nan(solver):
     K, modes = plate()
     with pytest.raises(SolveError, match="right hand side is not finite at unknown 3"):

@@ -78,13 +78,13 @@ def draw_scaling(data: str | Path, picture: str | Path) -> None:
         for one_axes, element in zip(axes.flat, dataset.element.values, strict=True):
             one = dataset.sel(element=element)
             for k, phase in enumerate(one.phase.values):
-                label = f"{phase}, ^{float(one.exponent.sel(phase=phase)):.2f}"
+                label = f"{phase} ~ n^{float(one.exponent.sel(phase=phase)):.2f}"
                 draw_curve(one_axes, one.n_points, one.wall_time.sel(phase=phase), label, k)
             total = one.wall_time.sum("phase", min_count=1)
-            draw_curve(one_axes, one.n_points, total, "all", len(one.phase))
+            draw_curve(one_axes, one.n_points, total, "all", -1)
             ends = float(one.n_points.min()), float(one.n_points.max())
-            draw_power(one_axes, ends, 2.0 * float(total.isel(rank=0)), 1.0, "^1")
-            one_axes.set_title(f"{element}: phases and their fitted exponents")
+            draw_power(one_axes, ends, 2.0 * float(total.isel(rank=0)), 1.0, "n")
+            one_axes.set_title(f"{element}: phases, exponents fitted from 10 000 points")
             one_axes.set_xscale("log")
             one_axes.set_yscale("log")
             one_axes.set_xlabel("material points")

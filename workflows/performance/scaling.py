@@ -43,7 +43,7 @@ def measure(
     """
     elements = []
     for element, meshes in series.items():
-        rows = []
+        rows, used = [], []
         for mesh in meshes:
             scenario = scene_with(scene, mesh, solver=solver)
             runs: list[xr.Dataset] = []
@@ -54,11 +54,11 @@ def measure(
                 )
             fastest = min(runs, key=lambda run: float(run.wall_time.sum()))
             log.info("%s: %d points, %.2f s", element, fastest.n_points, fastest.wall_time.sum())
-            rows.append(fastest.assign_attrs(solver_used=history.attrs["solver"]))
+            rows.append(fastest)
+            used.append(history.attrs["solver"])
         ranked = xr.concat(rows, "rank", combine_attrs="drop_conflicts")
-        solver_used = ("rank", [row.attrs["solver_used"] for row in rows])
         elements.append(
-            ranked.assign(exponent=_exponents(ranked), solver_used=solver_used).assign_coords(
+            ranked.assign(exponent=_exponents(ranked), solver_used=("rank", used)).assign_coords(
                 rank=np.arange(len(rows))
             )
         )

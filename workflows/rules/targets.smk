@@ -14,7 +14,7 @@ rule:
     input:
         REPRODUCED,
     message:
-        "The paper is reproduced: see results/paper, or make a page by snakemake --report"
+        "The paper is reproduced: see results/paper; snakemake --report results/report.html makes a page"
 
 
 rule reproduce_paper:

@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+# The workflow is no installed package: it is used from its checkout.
+sys.path.insert(0, str(ROOT))
+
+for name in ("skfem", "snakemake"):
+    pytest.importorskip(name)
+
+
+@pytest.fixture(scope="session")
+def root():
+    """The repository."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def snakemake():
+    """Call snakemake as a user does; the completed process."""
+
+    def call(*arguments, folder=ROOT, check=True, **environment):
+        done = subprocess.run(
+            [sys.executable, "-m", "snakemake", *arguments],
+            cwd=folder,
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if check:
+            assert done.returncode == 0, done.stdout + done.stderr
+        return done
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def scene_file(root):
+    return str(root / "configs/paper/single_edge_crack.yaml")
