@@ -1,0 +1,367 @@
+"""Crack faces that are pressed together: exact states, complementarity, energy, intensity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csc_array, csr_array, eye_array
+
+from cfmpm import body as bodies
+from cfmpm import contact, equilibrium, solvers
+from cfmpm.errors import SolveError
+from cfmpm.fracture import cf
+from cfmpm.fracture.interaction import IntensityFactors, intensity_factors
+from cfmpm.fracture.opening import face_pairs, smallest_openings
+from cfmpm.kernels.basis import basis_gradients
+from cfmpm.materials import lame_constants
+from cfmpm.scene import expand
+from cfmpm.scene.reading import scene_from_dict
+
+MATERIAL = {"E": 70e3, "nu": 0.33}
+MODULUS = 70e3 / (1 - 0.33**2)
+
+
+@dataclass
+class Solved:
+    """A body in balance, and what its evaluation needs."""
+
+    body: bodies.Body
+    gradients: np.ndarray
+    lame: np.ndarray
+    balance: equilibrium.Equilibrium
+
+    def pressed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Opening and normal force of all pairs."""
+        gap, force = [], []
+        for crack in self.body.grid.crack_faces:
+            pairs = face_pairs(self.body.grid, crack)
+            gap.append(pairs.opening(self.balance.displacement))
+            force.append((self.balance.contact_force[pairs.left] * pairs.normal).sum(axis=1))
+            # Equal, opposite, and without friction.
+            both = self.balance.contact_force[[pairs.left, pairs.right]]
+            np.testing.assert_array_equal(both[0], -both[1])
+            np.testing.assert_allclose(
+                both[0], force[-1][:, None] * pairs.normal, atol=1e-14 * np.abs(both).max()
+            )
+        return np.concatenate(gap), np.concatenate(force)
+
+    def intensity(self, tip, radius) -> tuple[IntensityFactors, float]:
+        """Intensity factors and J."""
+        grid, points, nothing = self.body.grid, self.body.integration, np.zeros(2)
+        q = cf.ring_weight(grid, tip, radius)
+        k = intensity_factors(
+            grid,
+            points,
+            self.gradients,
+            self.lame[0],
+            tip,
+            q,
+            nothing,
+            self.balance.contact_force,
+        )
+        nodal = cf.nodal_force(grid, points, self.gradients, nothing)
+        return k, cf.j_integral(nodal, q, tip)
+
+
+def solve(scene: dict, solver: str = "superlu") -> Solved:
+    full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
+    body = bodies.build(full)
+    grid, points = body.grid, body.integration
+    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    lame = lame_constants(full, grid.region_names)
+    stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, body.loading)
+    balance = equilibrium.solve_linear(
+        stiffness, grid, points, gradients, lame, body.loading, solver
+    )
+    return Solved(body, gradients, lame, balance)
+
+
+def assert_complementary(solved: Solved) -> None:
+    """No overlap, no pull, no force where open; and the loads do the work that is stored."""
+    gap, force = solved.pressed()
+    u, loading = solved.balance.displacement, solved.body.loading
+    largest = np.abs(u).max()
+    assert (force >= 0.0).all()
+    assert np.count_nonzero(force) == solved.balance.contact_pairs
+    assert gap.min() > -1e-10 * largest
+    assert np.abs(gap[force > 0.0]).max(initial=0.0) < 1e-12 * largest
+    outer = np.where(
+        loading.prescribed,
+        solved.balance.internal_force - solved.balance.contact_force,
+        loading.force,
+    )
+    unbalanced = outer + solved.balance.contact_force - solved.balance.internal_force
+    assert np.abs(unbalanced).max() < 1e-10 * np.abs(solved.balance.internal_force).max()
+    points = solved.body.integration
+    assert 0.5 * (outer * u).sum() == pytest.approx(points.energy @ points.volume, rel=1e-10)
+
+
+def inclined(element, angle):
+    graded = {"T3": {"tip_size": 0.05, "growth": 0.15}, "T6": {"tip_size": 0.1, "growth": 0.25}}
+    return {
+        "family": {
+            "kind": "centre_crack",
+            "width": 200,
+            "height": 200,
+            "crack_length": 10,
+            "crack_angle": angle,
+            "traction": -10,
+        },
+        "mesh": {"element": element, "size": 25, "grading": graded[element]},
+        "fracture": {"radii": 3},
+    }
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("beta", [30, 45, 60, -30, -45, -60])
+def test_inclined_crack_under_compression(element, beta):
+    """Closed without friction: K_I = 0, K_II = sigma sin(beta) cos(beta) sqrt(pi a), endless plate.
+
+    beta is the angle between crack and load; the plate of 20 crack lengths adds 0.2 %.
+    """
+    solved = solve(inclined(element, np.sign(beta) * 90 - beta))
+    exact = -10 * np.sin(np.radians(beta)) * np.cos(np.radians(beta)) * np.sqrt(5 * np.pi)
+    assert_complementary(solved)
+    (tip, other), domains = solved.body.grid.tips, solved.body.tip_domains
+    gap, _ = solved.pressed()
+    assert gap.min() > -1e-10 * tip.h
+    for radius in domains[0].radii:
+        for end in (tip, other):
+            k, j = solved.intensity(end, radius)
+            assert pytest.approx(exact, rel=0.005) == k.K_II
+            assert abs(k.K_I) < 0.015 * abs(exact)
+            assert j == pytest.approx(exact**2 / MODULUS, rel=0.015)
+            assert pytest.approx(exact**2 / MODULUS, rel=0.01) == k.G
+            # The T-stress that the uniform stress leaves along a closed crack.
+            squeeze = -10 * np.cos(np.radians(2 * beta))
+            assert k.T_stress == pytest.approx(squeeze, abs=0.1)
+
+
+def test_pressure_belongs_in_the_interaction_integral():
+    """Without the work of the pressure K_I depends on the radius, and is as large as K_II."""
+    solved = solve(inclined("T6", 45))
+    tip = solved.body.grid.tips[0]
+    wrong = []
+    for radius in (1.0, 4.0):
+        q = cf.ring_weight(solved.body.grid, tip, radius)
+        k = intensity_factors(
+            solved.body.grid,
+            solved.body.integration,
+            solved.gradients,
+            solved.lame[0],
+            tip,
+            q,
+            np.zeros(2),
+        )
+        wrong.append(k.K_I)
+    assert wrong[1] < 1.5 * wrong[0] < -5
+
+
+def edge_crack(traction, element="T6", crack=((0, 27), (30, 27)), side=0.0):
+    """Uniform stress but for the crack: `traction` on top, `side` across it."""
+    return {
+        "geometry": {
+            "outline": [
+                {"at": [0, 0], "edge": "bottom"},
+                {"at": [60, 0], "edge": "right"},
+                {"at": [60, 50], "edge": "top"},
+                {"at": [0, 50], "edge": "left"},
+            ],
+            "cracks": [{"points": [list(x) for x in crack]}],
+        },
+        "loads": [
+            {"edge": "top", "traction": traction},
+            {"edge": "bottom", "traction": [-traction[0], -traction[1]]},
+            {"edge": "right", "traction": [side, traction[0]]},
+            {"edge": "left", "traction": [-side, -traction[0]]},
+        ],
+        "mesh": {"element": element, "size": 7, "grading": {"tip_size": 0.5, "growth": 0.3}},
+    }
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_uniform_pressure_passes_through_closed_faces(element):
+    solved = solve(edge_crack([0, -10.0], element))
+    stress = solved.body.integration.stress
+    np.testing.assert_allclose(stress, np.tile([0, -10.0, 0], (len(stress), 1)), atol=1e-9)
+    assert_complementary(solved)
+    tip = solved.body.grid.tips[0]
+    k, j = solved.intensity(tip, 10.0)
+    # An uncracked body: what is left is the quadrature of the singular auxiliary field.
+    assert abs(k.K_I) < 2e-3 * 10 * np.sqrt(np.pi * 30)
+    assert abs(k.K_II) < 2e-3 * 10 * np.sqrt(np.pi * 30)
+    assert abs(j) < 1e-12
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
+    """The normal of a pair at a bend is that in which pressure acts: exact, bends included."""
+    crack = [(0, 20), (17, 27), (30, 22), (38, 31)]
+    solved = solve(edge_crack([0, -10.0], element, crack, side=-10.0))
+    stress = solved.body.integration.stress
+    np.testing.assert_allclose(stress, np.tile([-10.0, -10.0, 0], (len(stress), 1)), atol=1e-9)
+    assert_complementary(solved)
+
+
+@pytest.mark.parametrize("load", [[0, 10.0], [4.0, 10.0]])
+def test_open_cracks_know_nothing_of_contact(load, monkeypatch):
+    scene = edge_crack(load)
+    with_check = solve(scene)
+    monkeypatch.setattr(
+        equilibrium,
+        "close_faces",
+        lambda grid, prescribed, displacement, factor: contact.Contact(
+            displacement, np.zeros_like(displacement), 0
+        ),
+    )
+    without = solve(scene)
+    assert with_check.balance.contact_pairs == 0
+    assert not with_check.balance.contact_force.any()
+    for name in ("displacement", "internal_force"):
+        one, other = getattr(with_check.balance, name), getattr(without.balance, name)
+        assert one.tobytes() == other.tobytes()
+    assert with_check.body.integration.stress.tobytes() == without.body.integration.stress.tobytes()
+    tip = with_check.body.grid.tips[0]
+    assert with_check.intensity(tip, 10.0) == without.intensity(tip, 10.0)
+
+
+def bent_beam(element, cracks):
+    """Held on the left, pushed down on the right: open above, closed below."""
+    return {
+        "geometry": {
+            "outline": [
+                {"at": [0, 0], "edge": "bottom"},
+                {"at": [100, 0], "edge": "right"},
+                {"at": [100, 20], "edge": "top"},
+                {"at": [0, 20], "edge": "left"},
+            ],
+            "cracks": [{"points": points} for points in cracks],
+        },
+        "loads": [
+            {"edge": "left", "displacement": {"x": 0, "y": 0}},
+            {"edge": "right", "traction": [0, -1.0]},
+        ],
+        "mesh": {"element": element, "size": 2.5, "grading": {"tip_size": 0.2, "growth": 0.2}},
+    }
+
+
+BEAMS = {
+    "straight": [[[50, 4], [50, 16]]],
+    "edge": [[[40, 0], [42, 13]]],
+    "kinked": [[[50, 4], [54, 9], [49, 16]]],
+    "two": [[[30, 4], [33, 16]], [[60, 0], [57, 12]]],
+}
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("cracks", BEAMS.values(), ids=BEAMS)
+def test_partly_closed_cracks_of_a_bent_beam(element, cracks):
+    solved = solve(bent_beam(element, cracks))
+    assert_complementary(solved)
+    gap, force = solved.pressed()
+    largest = np.abs(solved.balance.displacement).max()
+    assert np.count_nonzero(force > 0.0) > 5
+    assert np.count_nonzero(gap > 1e-4 * largest) > 5
+    for crack, smallest in smallest_openings(solved.body.grid, solved.balance.displacement).items():
+        assert -1e-10 * largest < smallest <= 0.0, crack
+
+
+def test_contact_stiffens_and_lowers_what_the_closed_end_releases(monkeypatch):
+    scene = bent_beam("T6", BEAMS["straight"])
+    closed = solve(scene)
+    monkeypatch.setattr(
+        equilibrium,
+        "close_faces",
+        lambda grid, prescribed, displacement, factor: contact.Contact(
+            displacement, np.zeros_like(displacement), 0
+        ),
+    )
+    overlapping = solve(scene)
+    energy = [s.body.integration.energy @ s.body.integration.volume for s in (closed, overlapping)]
+    assert energy[0] < energy[1]
+    lower, upper = closed.body.grid.tips
+    assert lower.path[0][1] < upper.path[0][1]
+    k_lower, _ = closed.intensity(lower, 3.0)
+    k_upper, j_upper = closed.intensity(upper, 3.0)
+    assert abs(k_lower.K_I) < 0.02 * abs(k_lower.K_II)
+    assert pytest.approx(j_upper, rel=0.015) == k_upper.G
+    assert overlapping.intensity(lower, 3.0)[0].K_I < -0.3 * k_upper.K_I
+
+
+@pytest.mark.parametrize("solver", ["superlu", "amg"])
+def test_solution_grows_with_the_load(solver):
+    """Twice the load, twice the solution, bit by bit; the reverse load is another problem."""
+    once = solve(edge_crack([3.0, -10.0]), solver)
+    twice = solve(edge_crack([6.0, -20.0]), solver)
+    assert once.balance.contact_pairs > 0
+    for name in ("displacement", "contact_force", "internal_force"):
+        one, two = getattr(once.balance, name), getattr(twice.balance, name)
+        if solver == "superlu":
+            np.testing.assert_array_equal(2.0 * one, two)
+        else:
+            np.testing.assert_allclose(2.0 * one, two, rtol=0, atol=1e-7 * np.abs(two).max())
+    thrice = solve(edge_crack([9.0, -30.0])).balance
+    np.testing.assert_allclose(
+        thrice.contact_force,
+        3.0 * once.balance.contact_force,
+        rtol=0,
+        atol=1e-7 * np.abs(thrice.contact_force).max(),
+    )
+    assert solve(edge_crack([-3.0, 10.0])).balance.contact_pairs == 0
+
+
+def test_faces_may_lie_on_supports():
+    """At the mouth both faces are held along the normal; there the supports decide."""
+    scene = edge_crack([0, -10.0])
+    scene["loads"] = [
+        {"edge": "left", "displacement": {"x": 0, "y": 0}},
+        {"edge": "top", "traction": [0, -10.0]},
+    ]
+    solved = solve(scene)
+    assert_complementary(solved)
+    mouth = (solved.body.grid.nodes[:, 0] == 0) & (solved.body.grid.nodes[:, 1] == 27)
+    assert mouth.sum() == 2
+    assert not solved.balance.contact_force[mouth].any()
+    assert solved.balance.contact_pairs > 0
+
+
+@pytest.mark.parametrize("patience", [0, contact.PATIENCE])
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
+def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
+    """With patience 0 pairs soon change one at a time, which ends on any such matrix (Murty)."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(n, n))
+    K = root @ root.T + 1e-3 * np.eye(n)
+    gap = rng.normal(size=n)
+    factor = solvers.select(n, "superlu").factor(csr_array(K))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contact, "PATIENCE", patience)
+        patch.setattr(contact, "ROUNDS", 5000)
+        force = contact._complementary_force(gap, 1e-12, csc_array(eye_array(n)), factor)
+    opening = gap + np.linalg.solve(K, force)
+    assert (force >= 0).all()
+    assert opening.min() > -1e-9 * max(1.0, np.abs(force).max() * np.linalg.norm(np.linalg.inv(K)))
+    assert np.abs(opening[force > 0]).max(initial=0.0) < 1e-9 * np.linalg.cond(K)
+
+
+def test_each_column_is_solved_once(monkeypatch):
+    solves = []
+    original = solvers.Factor.solve
+    monkeypatch.setattr(
+        solvers.Factor, "solve", lambda self, b: (solves.append(1), original(self, b))[1]
+    )
+    solved = solve(bent_beam("T3", BEAMS["two"]))
+    pairs = len(solved.pressed()[0])
+    # The linear solution, a column for each pair that was ever closed, and the answer.
+    assert solved.balance.contact_pairs + 2 <= len(solves) <= pairs + 2
+
+
+def test_no_end_is_an_error(monkeypatch):
+    monkeypatch.setattr(contact, "ROUNDS", 1)
+    with pytest.raises(SolveError, match=r"after 1 rounds .* pairs of nodes are still wrong"):
+        solve(bent_beam("T6", BEAMS["straight"]))
