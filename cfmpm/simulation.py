@@ -119,6 +119,7 @@ def run(
     record = Record(scene, body, clock)
     lame = lame_constants(body.scene, body.grid.region_names)
     g_c = [material.g_c for material in region_materials(body.scene, body.grid.region_names)]
+    decision: growth.Decision | None = None
     while True:
         grid, points, loading = body.grid, body.integration, body.loading
         with clock("points"):  # step 2: triangles of the points, basis gradients
@@ -134,7 +135,7 @@ def run(
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
             nodal = cf.nodal_force(grid, points, gradients, loading.body_force)
             tips = evaluate_tips(body, gradients, lame, balance.displacement, nodal, g_c)
-            decision = growth.decide(grid, tips, g_c, scene.growth)
+            decision = growth.decide(grid, tips, g_c, scene.growth, decision)
         record.add(body, balance, tips, decision)
         state = State(body, balance, nodal)
         observe(state, record)

@@ -101,7 +101,9 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
         element, side = np.nonzero(grid.twins >= 0)
         across = grid.regions[grid.twins[element, side] // 3]
         border = across != grid.regions[element]
-        obstacles.append(grid.edge_nodes(3 * element[border] + side[border])[:, :2])
+        borders = grid.edge_nodes(3 * element[border] + side[border])[:, :2]
+        # A crack that crosses a border ends on it for one increment.
+        obstacles.append(borders[(borders != tip.node).all(axis=1)])
     for edges in obstacles:
         if len(edges):
             distances.append(_distance_to_segments(x, grid.nodes[edges]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from cfmpm.scene.model import Growth
 # Tips whose criteria differ by less than this part run together under crack control: twins of a
 # symmetric part differ by the error of the grid.
 TIE = 0.02
+# Largest angle by which a segment is turned on from the tangent at its start [rad].
+MOST_BEND = math.radians(5.0)
 
 
 @dataclass(frozen=True)
@@ -28,15 +30,22 @@ class Decision:
         At which they do it; infinite where no load makes a crack run, nan where no tip is left
         under crack control.
     running : dict of str to (2,) float
-        Direction of each tip that runs, by its name.
+        Direction of the next segment of each tip that runs, by its name.
+    tangents : dict of str to (2,) float
+        Direction in which each of these tips sets out: that of the segment, but for a curved path.
     """
 
     load_factor: float
     running: dict[str, Floats]
+    tangents: dict[str, Floats] = field(default_factory=dict)
 
 
 def decide(
-    grid: Grid, values: Mapping[str, Any], g_c: Sequence[float | None], growth: Growth | None
+    grid: Grid,
+    values: Mapping[str, Any],
+    g_c: Sequence[float | None],
+    growth: Growth | None,
+    last: Decision | None = None,
 ) -> Decision:
     """Compare the tips with their toughness.
 
@@ -49,6 +58,8 @@ def decide(
         Critical energy release rate of each region [N/mm].
     growth : Growth or None
         None where the cracks do not grow.
+    last : Decision, optional
+        The one before, from which the bend of a path is known.
 
     Returns
     -------
@@ -75,14 +86,17 @@ def decide(
         runs = (part >= (1.0 - TIE) * largest) & (largest > 0.0)
     if growth.tips == "largest":
         runs &= part == largest
-    return Decision(
-        load_factor,
-        {
-            tip.name: direction(tip, {name: value[i] for name, value in values.items()}, growth)
-            for i, tip in enumerate(grid.tips)
-            if runs[i]
-        },
-    )
+    tangents = {
+        tip.name: direction(tip, {name: value[i] for name, value in values.items()}, growth)
+        for i, tip in enumerate(grid.tips)
+        if runs[i]
+    }
+    before = last.tangents if last is not None and growth.order == 2 else {}
+    running = {
+        name: secant(before[name], tangent) if name in before else tangent
+        for name, tangent in tangents.items()
+    }
+    return Decision(load_factor, running, tangents)
 
 
 def ending(
@@ -110,3 +124,22 @@ def direction(tip: CrackTip, values: Mapping[str, Any], growth: Growth) -> Float
     ](values["K_I"], values["K_II"])
     turn = np.exp(1j * np.radians(angle)) * complex(*tip.tangent)
     return np.array([turn.real, turn.imag])
+
+
+def secant(before: Floats, now: Floats) -> Floats:
+    """Direction of the next segment of a path that goes on bending as it did.
+
+    Parameters
+    ----------
+    before, now : (2,) float
+        Unit tangents of the path at the start and at the end of its last segment.
+
+    Returns
+    -------
+    (2,) float
+        The tangent turned on by half of what it turned (the two-step rule of Adams and Bashforth);
+        by 5 degrees at the most, for a path that turns more than that is not resolved.
+    """
+    turned = np.arctan2(before[0] * now[1] - before[1] * now[0], before @ now)
+    ahead = np.exp(1j * np.clip(0.5 * turned, -MOST_BEND, MOST_BEND)) * complex(*now)
+    return np.array([ahead.real, ahead.imag])

@@ -66,7 +66,7 @@ def intensity_factors(
     """
     modulus = plane_modulus(*lame)
     # Only points with a node inside the ring can add anything.
-    inside = np.flatnonzero((q[grid.elements[:, :3]] > 0.0).any(axis=1)[points.element])
+    inside = np.flatnonzero(np.any(q[grid.elements[:, :3]] > 0.0, axis=1)[points.element])
     r, theta = polar_coordinates(tip, points.position[inside])
     integrals = eshelby.interaction_integrals(
         grid.nodes,
@@ -81,7 +81,8 @@ def intensity_factors(
         r,
         theta,
         tip.tangent,
-        *lame,
+        lame[0],
+        lame[1],
         body_force,
     )
     if contact_force is not None and contact_force.any():

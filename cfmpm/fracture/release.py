@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,11 +13,17 @@ from cfmpm.kernels import topology
 
 # Lengths that are tried, as parts of the length of the grid segment.
 LENGTHS = (1.0, 0.85, 1.15, 0.7, 1.3, 0.55)
-# Quality of a triangle (1 equilateral, 0 flat) with which a search ends, and the least accepted.
+# Quality of a triangle (1 equilateral, 0 flat) with which a search ends.
 GOOD = 0.25
-LEAST = 1e-3
-# A crack that meets an edge of the boundary this near to its end, as part of the edge, ends there.
+# A segment shorter than this part of the mean edge at the tip counts as worse in proportion: else
+# a crack that splits side after side would creep.
+SHORT = 0.4
+# A crack that passes a node that may not move this near, as part of the side, may run into it.
 SNAP = 0.1
+# A crack turns by no more than this [deg]. Every criterion stays below it while a crack is open (45
+# of the configurational force, 70.5 of max_hoop, 77 of max_energy); what points further back is no
+# driving force, but the noise of a tip whose domain holds next to nothing.
+LARGEST_KINK = 100.0
 
 
 @dataclass(frozen=True)
@@ -26,7 +33,7 @@ class Release:
     Attributes
     ----------
     triangulation : Triangulation
-        Triangles keep their numbers; those of a split edge are appended.
+        Triangles keep their numbers; those of a split side are appended.
     changed : (k,) int
         Triangles that changed their shape or are new.
     start, end : int
@@ -45,6 +52,20 @@ class Release:
     quality: float
 
 
+@dataclass(frozen=True)
+class _Option:
+    """A triangulation in which a segment from the tip to `node` can be released."""
+
+    mesh: Triangulation
+    changed: Ints
+    node: int
+
+    @property
+    def quality(self) -> float:
+        """That of the worst changed triangle."""
+        return _worst(self.mesh, self.changed)
+
+
 def advance(triangulation: Triangulation, crack: str, end: int, direction: Floats) -> Release:
     """Lengthen a crack by one grid segment (paper section 4.1).
 
@@ -53,9 +74,10 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
     triangulation : Triangulation
     crack : str
     end : {0, -1}
-        Which end of the crack runs: its first or its last node.
+        Which end of the crack runs: its first or its last node; a tip (`is_tip`).
     direction : (2,) float
-        Where to.
+        Where to. One that points more than `LARGEST_KINK` away from the end of the crack is
+        turned back to that.
 
     Returns
     -------
@@ -63,18 +85,38 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
         Of the segments at the tip, the one nearest to the direction is turned into it by moving
         its far node; its length is searched for the quality of the triangles around that node.
         Where no node may move (boundary, crack, border of a material, point load) or the triangles
-        would be too flat, the side that the direction crosses is split there instead.
+        would be too flat, the side that the direction crosses is split there instead, or the
+        crack runs into a node that stands next to its way. Triangles that are flat even so are
+        relaxed by smoothing around them.
     """
-    direction = np.asarray(direction, float) / np.hypot(*direction)
+    asked = direction / np.hypot(*direction)
     star = _Star(triangulation, crack, end)
-    first, second, place = star.side_ahead(direction)
-    if star.is_wall(first, second):
-        options = [star.arrive(first, second, place, direction)]
-    else:
-        options = star.realign((first, second), direction)
-        if not options or max(option.quality for option in options) < GOOD:
-            options.append(star.split(first, second, place, direction))
-    return max(options, key=lambda option: min(option.quality, GOOD))
+    heading = star.limited(asked)
+    first, second, place = star.side_ahead(heading)
+    options: list[_Option] = []
+    if not star.is_wall(first, second):
+        options += star.realigned((first, second), heading)
+    if not any(option.quality >= GOOD for option in options):
+        options += star.split(first, second, place, heading)
+        options += star.met(first, second, place)
+    best = max(options, key=star.worth)
+    if best.quality < GOOD:
+        best = _smoothed(best)
+    return star.release(best, asked)
+
+
+def is_tip(triangulation: Triangulation, crack: str, end: int) -> bool:
+    """Whether an end of a crack lies inside the body and on no other crack line.
+
+    Parameters
+    ----------
+    triangulation : Triangulation
+    crack : str
+    end : {0, -1}
+    """
+    node = _end_node(triangulation, crack, end)
+    met = sum(int((pairs == node).sum()) for pairs in triangulation.cracks.values())
+    return met == 1 and not any((pairs == node).any() for pairs in triangulation.edges.values())
 
 
 def fixed_nodes(triangulation: Triangulation) -> NDArray[np.bool_]:
@@ -107,8 +149,7 @@ class _Star:
     def __init__(self, triangulation: Triangulation, crack: str, end: int) -> None:
         self.mesh = triangulation
         self.crack, self.end = crack, end
-        pairs = triangulation.cracks[crack]
-        self.tip = int(pairs[0, 0] if end == 0 else pairs[-1, 1])
+        self.tip = _end_node(triangulation, crack, end)
         self.fixed = fixed_nodes(triangulation)
         triangles = triangulation.triangles
         self.offsets, self.half_edges = topology.node_stars(triangles, len(triangulation.nodes))
@@ -116,21 +157,34 @@ class _Star:
         self.sides = np.column_stack(
             [triangles[around // 3, (around + 1) % 3], triangles[around // 3, (around + 2) % 3]]
         )
+        self.origin = triangulation.nodes[self.tip]
+        rim = triangulation.nodes[self.sides[:, 0]] - self.origin
+        self.size = float(np.hypot(*rim.T).mean())
+
+    def limited(self, direction: Floats) -> Floats:
+        """Turn a direction that points backwards to the largest kink there may be."""
+        pairs = self.mesh.cracks[self.crack]
+        behind = pairs[0, 1] if self.end == 0 else pairs[-1, 0]
+        tangent = complex(*(self.origin - self.mesh.nodes[behind]))
+        kink = np.degrees(np.angle(complex(*direction) / tangent))
+        turn = np.exp(1j * np.radians(np.clip(kink, -LARGEST_KINK, LARGEST_KINK) - kink))
+        turned = complex(*direction) * turn
+        return np.array([turned.real, turned.imag])
 
     def side_ahead(self, direction: Floats) -> tuple[int, int, float]:
         """Find the side opposite to the tip that a direction crosses, and where along it."""
-        origin = self.mesh.nodes[self.tip]
-        a, b = (self.mesh.nodes[self.sides[:, k]] - origin for k in range(2))
-        to_a, to_b = (direction[0] * x[:, 1] - direction[1] * x[:, 0] for x in (a, b))
-        # The direction lies between both ends of a side, seen from the tip; of two that share
-        # the end it points at, either will do.
-        ahead = (a + b) @ direction > 0.0
-        inside = np.flatnonzero(ahead & (to_a <= 0.0) & (to_b >= 0.0))
-        if inside.size == 0:
-            raise ValueError("the direction leaves the triangles around the tip")
-        hit = inside[0]
+        a, b = (self.mesh.nodes[self.sides[:, k]] - self.origin for k in range(2))
+        from_a, to_b = (
+            sign * (x[:, 0] * direction[1] - x[:, 1] * direction[0])
+            for sign, x in ((1.0, a), (-1.0, b))
+        )
+        # The direction is a sum of both ends of the side, seen from the tip, with these weights of
+        # b and a; of two sides that share the end it points at, round-off takes one.
+        inside = np.minimum(from_a / np.hypot(*a.T), to_b / np.hypot(*b.T))
+        hit = int(np.argmax(inside))
         first, second = map(int, self.sides[hit])
-        return first, second, float(to_a[hit] / (to_a[hit] - to_b[hit]))
+        place = from_a[hit] / (from_a[hit] + to_b[hit])
+        return first, second, float(np.clip(place, 0.0, 1.0))
 
     def is_wall(self, first: int, second: int) -> bool:
         """Whether a side is part of the boundary or of a crack."""
@@ -142,47 +196,26 @@ class _Star:
             for wall in pairs[(pairs == first).any(axis=1)].tolist()
         )
 
-    def realign(self, candidates: tuple[int, int], direction: Floats) -> list[Release]:
-        """Move the far node of a segment onto the direction; the best length of each candidate."""
-        nodes = self.mesh.nodes
-        origin = nodes[self.tip]
-        options = []
-        for node in sorted(candidates, key=lambda n: -self._cosine(nodes[n] - origin, direction)):
+    def realigned(self, ends: tuple[int, int], direction: Floats) -> Iterator[_Option]:
+        """Move the far node of a segment onto the direction, that of the nearest segment first."""
+        away = self.mesh.nodes[list(ends)] - self.origin
+        for i in np.argsort(-(away @ direction) / np.hypot(*away.T), kind="stable"):
+            node = ends[i]
             if self.fixed[node]:
                 continue
-            star = self.half_edges[self.offsets[node] : self.offsets[node + 1]] // 3
-            length = np.hypot(*(nodes[node] - origin))
-            best: tuple[float, Floats] | None = None
-            for factor in LENGTHS:
-                moved = nodes.copy()
-                moved[node] = origin + factor * length * direction
-                quality = float(triangle_quality(moved, self.mesh.triangles[star]).min())
-                if best is None or quality > best[0]:
-                    best = quality, moved
-                if quality >= GOOD:
-                    break
-            assert best is not None
-            if best[0] > LEAST:
-                mesh = replace(self.mesh, nodes=best[1])
-                options.append(self._extended(mesh, star, node, direction))
-            if best[0] >= GOOD:
-                break
-        return options
+            around = self.half_edges[self.offsets[node] : self.offsets[node + 1]] // 3
+            option = self._with_best_length(
+                _Option(self.mesh, around, node), float(np.hypot(*away[i])), direction
+            )
+            yield option
+            if option.quality >= GOOD:
+                return
 
-    def arrive(self, first: int, second: int, place: float, direction: Floats) -> Release:
-        """End the crack on a wall: at a node that is near, else at a new one."""
-        if SNAP < place < 1.0 - SNAP:
-            return self.split(first, second, place, direction)
-        node = first if place <= SNAP else second
-        return self._extended(self.mesh, np.empty(0, np.int64), node, direction)
-
-    def split(self, first: int, second: int, place: float, direction: Floats) -> Release:
+    def split(self, first: int, second: int, place: float, direction: Floats) -> Iterator[_Option]:
         """Split a side, and the triangles on both sides of it, where the direction crosses it."""
         mesh = self.mesh
         new = len(mesh.nodes)
-        nodes = np.vstack(
-            [mesh.nodes, (1 - place) * mesh.nodes[first] + place * mesh.nodes[second]]
-        )
+        at = (1 - place) * mesh.nodes[first] + place * mesh.nodes[second]
         star = mesh.triangles, self.offsets, self.half_edges
         beside = [
             int(topology.find_half_edge(*star, *pair))
@@ -199,37 +232,89 @@ class _Star:
         changed += range(len(triangles), len(triangles) + len(added))
         halved = replace(
             mesh,
-            nodes=nodes,
+            nodes=np.vstack([mesh.nodes, at]),
             triangles=np.vstack([triangles, added]),
             regions=np.concatenate([mesh.regions, regions]),
             edges={name: _halved(p, first, second, new) for name, p in mesh.edges.items()},
             cracks={name: _halved(p, first, second, new) for name, p in mesh.cracks.items()},
         )
-        return self._extended(halved, np.array(changed), new, direction)
+        option = _Option(halved, np.array(changed), new)
+        if not self.is_wall(first, second) and len(set(regions)) == 1:
+            length = float(np.hypot(*(at - self.origin)))
+            option = self._with_best_length(option, length, direction)
+        yield option
 
-    def _extended(
-        self, mesh: Triangulation, changed: Ints, node: int, direction: Floats
-    ) -> Release:
-        """Add the segment from the tip to a node to the crack."""
+    def met(self, first: int, second: int, place: float) -> Iterator[_Option]:
+        """Run into a node that may not move and stands next to the way."""
+        node = first if place < 0.5 else second
+        if self.fixed[node] and min(place, 1.0 - place) <= SNAP:
+            yield _Option(self.mesh, np.empty(0, np.int64), node)
+
+    def worth(self, option: _Option) -> float:
+        """Compare options: by quality as far as it matters, less for segments too short."""
+        length = float(np.hypot(*(option.mesh.nodes[option.node] - self.origin)))
+        return min(option.quality, GOOD) * min(1.0, length / (SHORT * self.size))
+
+    def release(self, option: _Option, asked: Floats) -> Release:
+        """Add the segment from the tip to the node of an option to the crack."""
+        mesh, node = option.mesh, option.node
         pairs = mesh.cracks[self.crack]
         if self.end == 0:
             longer = np.vstack([[(node, self.tip)], pairs])
         else:
             longer = np.vstack([pairs, [(self.tip, node)]])
-        quality = triangle_quality(mesh.nodes, mesh.triangles[changed])
-        segment = mesh.nodes[node] - mesh.nodes[self.tip]
+        segment = complex(*(mesh.nodes[node] - self.origin))
         return Release(
             triangulation=replace(mesh, cracks={**mesh.cracks, self.crack: longer}),
-            changed=changed,
+            changed=option.changed,
             start=self.tip,
             end=node,
-            deviation=float(np.degrees(np.arccos(min(1.0, self._cosine(segment, direction))))),
-            quality=float(quality.min(initial=1.0)),
+            deviation=float(np.degrees(abs(np.angle(segment / complex(*asked))))),
+            quality=option.quality,
         )
 
-    @staticmethod
-    def _cosine(vector: Floats, direction: Floats) -> float:
-        return float(vector @ direction / np.hypot(*vector))
+    def _with_best_length(self, option: _Option, length: float, direction: Floats) -> _Option:
+        """Put the node of an option onto the direction, at the best of some distances."""
+        best: _Option | None = None
+        for factor in LENGTHS:
+            nodes = option.mesh.nodes.copy()
+            nodes[option.node] = self.origin + factor * length * direction
+            moved = replace(option, mesh=replace(option.mesh, nodes=nodes))
+            if best is None or self.worth(moved) > self.worth(best):
+                best = moved
+            if self.worth(best) >= GOOD:
+                break
+        assert best is not None
+        return best
+
+
+def _smoothed(option: _Option) -> _Option:
+    """Move the nodes around flat triangles to the middle of their neighbours where that helps."""
+    mesh = option.mesh
+    movable = ~fixed_nodes(mesh)
+    movable[option.node] = False
+    offsets, half_edges = topology.node_stars(mesh.triangles, len(mesh.nodes))
+    changed = set(option.changed.tolist())
+    around = np.unique(mesh.triangles[option.changed])
+    for node in around[movable[around]]:
+        star = half_edges[offsets[node] : offsets[node + 1]] // 3
+        neighbours = np.setdiff1d(mesh.triangles[star], node)
+        nodes = mesh.nodes.copy()
+        nodes[node] = nodes[neighbours].mean(axis=0)
+        moved = replace(mesh, nodes=nodes)
+        if _worst(moved, star) > _worst(mesh, star):
+            mesh = moved
+            changed |= set(star.tolist())
+    return replace(option, mesh=mesh, changed=np.array(sorted(changed)))
+
+
+def _worst(mesh: Triangulation, triangles: Ints) -> float:
+    return float(triangle_quality(mesh.nodes, mesh.triangles[triangles]).min(initial=1.0))
+
+
+def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
+    pairs = mesh.cracks[crack]
+    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
 
 
 def _halved(pairs: Ints, first: int, second: int, new: int) -> Ints:

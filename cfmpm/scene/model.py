@@ -382,6 +382,11 @@ class Growth(Model):
     direction: Literal["max_hoop", "max_energy", "cf"] = Field(
         "max_hoop", description="where a crack turns to; cf is the paper's"
     )
+    order: Literal[1, 2] = Field(
+        2,
+        description="1: segments along the tangent of the path, as the paper; 2: along its secant, "
+        "extrapolated from the last two tangents",
+    )
     tips: Literal["all", "largest"] = Field(
         "all", description="which of the tips that meet the criterion run in an increment"
     )

@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cfmpm.fracture.criteria import critical_load_factor, max_hoop_angle
+from cfmpm.fracture.criteria import (
+    critical_load_factor,
+    kinked_factors,
+    max_energy_angle,
+    max_hoop_angle,
+)
 
 
 @given(k_1=st.floats(0, 100), k_2=st.floats(-100, 100))
@@ -30,3 +35,31 @@ def test_load_at_fracture():
     assert critical_load_factor(0.25, 1.0) == 2.0
     assert critical_load_factor(0.0, 1.0) == math.inf
     assert critical_load_factor(-1e-20, 1.0) == math.inf
+
+
+@pytest.mark.parametrize(("k_1", "k_2"), [(1.0, 0.0), (1.0, 0.05), (1.0, -0.4), (0.2, 1.0)])
+def test_kinked_factors_for_small_and_large_angles(k_1, k_2):
+    """To first order in the angle: Cotterell and Rice (1980); F_11 for a straight kink is one."""
+    assert kinked_factors(k_1, k_2, 0.0) == pytest.approx((k_1, k_2))
+    small = 0.5
+    half = math.radians(small) / 2
+    c_11 = (3 * math.cos(half) + math.cos(3 * half)) / 4
+    c_12 = -3 * (math.sin(half) + math.sin(3 * half)) / 4
+    c_21 = (math.sin(half) + math.sin(3 * half)) / 4
+    c_22 = (math.cos(half) + 3 * math.cos(3 * half)) / 4
+    expected = (c_11 * k_1 + c_12 * k_2, c_21 * k_1 + c_22 * k_2)
+    assert kinked_factors(k_1, k_2, small) == pytest.approx(expected, abs=2e-4)
+
+
+def test_largest_energy_in_pure_shear():
+    """75.8 deg and 1.52 times the straight release rate (Amestoy and Leblond 1992, section 5)."""
+    angle = max_energy_angle(0.0, 1.0)
+    assert angle == pytest.approx(-75.8, abs=0.2)
+    assert np.hypot(*kinked_factors(0.0, 1.0, angle)) ** 2 == pytest.approx(1.52, abs=0.01)
+    assert max_energy_angle(0.0, -1.0) == pytest.approx(-angle)
+    assert max_energy_angle(1.0, 0.0) == 0.0
+
+
+@given(k_2=st.floats(-0.2, 0.2))
+def test_rules_agree_for_little_shear(k_2):
+    assert max_energy_angle(1.0, k_2) == pytest.approx(max_hoop_angle(1.0, k_2), abs=0.45)
