@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cfmpm import pieces
 from cfmpm.fracture.domains import Domains, choose_domains
-from cfmpm.fracture.release import advance
+from cfmpm.fracture.release import advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.meshing import triangulate
@@ -134,13 +134,16 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     tips = {tip.name: tip for tip in body.grid.tips}
     steps = []
     for name, direction in running.items():
-        steps.append(advance(mesh, tips[name].crack, tips[name].end, direction))
-        mesh = steps[-1].triangulation
-    grid = build_grid(mesh, scene.mesh.element)
+        tip = tips[name]
+        # One that ran before it in this increment may have come to it.
+        if is_tip(mesh, tip.crack, tip.end):
+            steps.append(advance(mesh, tip.crack, tip.end, direction))
+            mesh = steps[-1].triangulation
+    grid = _with_names(build_grid(mesh, scene.mesh.element), body.grid)
     changed = np.unique(np.concatenate([step.changed for step in steps]))
     points, domains, quadrature = body.points, body.domains, body.quadrature
     if scene.growth is not None and scene.growth.transfer == "paper":
-        points.element = locate(grid, points.position, points.element)
+        points = replace(points, element=locate(grid, points.position, points.element))
         integration = points
     else:
         if domains is None or quadrature is None:
@@ -151,6 +154,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
             points, domains, quadrature = pieces.split_points(
                 points, domains, quadrature, grid, mesh.nodes[step.start], mesh.nodes[step.end]
             )
+        points = replace(points, element=locate(grid, points.position, points.element))
         integration = _as_points(quadrature)
     try:
         loading = apply_loads(scene, grid, integration)
@@ -182,6 +186,14 @@ def update_owners(body: Body) -> None:
     for name in ("displacement_gradient", "stress", "energy"):
         mean = pieces.point_state(body.quadrature, getattr(source, name), n)
         setattr(body.points, name, mean)
+
+
+def _with_names(grid: Grid, before: Grid) -> Grid:
+    """Let the tips keep their names: one end of a crack is its start, though the other arrived."""
+    names = {(tip.crack, tip.end): tip.name for tip in before.tips}
+    return replace(
+        grid, tips=tuple(replace(tip, name=names[tip.crack, tip.end]) for tip in grid.tips)
+    )
 
 
 def _tip_domains(scene: Scene, grid: Grid) -> tuple[Domains, ...]:
