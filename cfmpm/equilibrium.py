@@ -176,10 +176,11 @@ def solve_linear(
         residual_floor = float(32.0 * np.finfo(float).eps * bound.max() / scale)
         if not residual_norm <= min(residual_floor, RESIDUAL_AT_FLOOR):
             raise SolveError(
-                f"step 1: the linear solution by {chosen.name} leaves an unbalanced force of "
-                f"{residual_norm:.1e} of the largest nodal force (allowed {RESIDUAL:.0e}; round-off "
-                f"explains {residual_floor:.1e}); try another solver, and look for a part that "
-                "hangs by a single node or a sliver, or for an extreme contrast of stiffness"
+                f"the linear solution by {chosen.name} leaves an unbalanced force of "
+                f"{residual_norm:.1e} of the largest nodal force (allowed {RESIDUAL:.0e}; "
+                f"round-off explains {residual_floor:.1e}); try another solver, and look for a "
+                "part that hangs by a single node or a sliver, or for an extreme contrast of "
+                "stiffness"
             )
     return Equilibrium(
         displacement=displacement,

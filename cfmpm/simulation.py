@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import xarray as xr
@@ -11,6 +12,7 @@ from cfmpm import body as bodies
 from cfmpm import equilibrium
 from cfmpm.body import Body
 from cfmpm.clock import Clock
+from cfmpm.errors import SolveError
 from cfmpm.evaluation import evaluate_tips
 from cfmpm.fracture import cf, growth
 from cfmpm.grid import Floats, Grid
@@ -127,7 +129,10 @@ def run(
             gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
         with clock("stiffness"):  # step 3
             stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
-        with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
+        with (
+            clock("equilibrium"),
+            _step(len(record.steps) + 1),
+        ):  # steps 4 to 6: forces, balance, update of the points
             balance = equilibrium.solve_linear(
                 stiffness, grid, points, gradients, lame, loading, scene.solver
             )
@@ -150,3 +155,12 @@ def run(
                 ending = str(severed)
                 break
     return Result(state.body, state.balance, nodal, record.history(ending))
+
+
+@contextmanager
+def _step(number: int) -> Iterator[None]:
+    """Let the message of a failed solve begin with the number of its step."""
+    try:
+        yield
+    except SolveError as failure:
+        raise SolveError(f"step {number}: {failure}") from failure
