@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +23,8 @@ from cfmpm.scene.model import Scene
 # gmsh's element types and their numbers of nodes; the corners come first.
 LINES = {1: 2, 8: 3}
 TRIANGLES = {2: 3, 9: 6}
+# The edge of what no physical curve names: cracks have to know the whole boundary.
+UNNAMED = "boundary"
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,14 @@ class FileMesh:
         keys, counts = self.side_counts
         return bool(np.isin(self._keys(pairs), keys[counts == count]).all())
 
+    def boundary_without(self, named: Iterable[Ints]) -> Ints:
+        """Node pairs of the boundary that are in none of the parts given, (k, 2)."""
+        keys, counts = self.side_counts
+        rest = keys[counts == 1]
+        for pairs in named:
+            rest = np.setdiff1d(rest, self._keys(pairs))
+        return np.column_stack(np.divmod(rest, len(self.nodes)))
+
     def on_boundary(self, node: int) -> bool:
         """Whether a node lies on the boundary."""
         keys, counts = self.side_counts
@@ -73,7 +83,8 @@ class FileMesh:
 def triangulate_file(scene: Scene) -> Triangulation:
     """Read the triangulation of a scene that has a mesh file.
 
-    Physical curves on the boundary become edges. Those listed as cracks become cracks; each begins
+    Physical curves on the boundary become edges; what none of them names becomes the edge
+    ``boundary``. Those listed as cracks become cracks; each begins
     at the boundary, or else at its left end. Of triangles with mid nodes only the corners count.
     """
     scene = expand(scene)
@@ -87,6 +98,9 @@ def triangulate_file(scene: Scene) -> Triangulation:
         for name, pairs in mesh.curves.items()
         if name not in cracks and mesh.shared_by(pairs, 1)
     }
+    unnamed = mesh.boundary_without(edges.values())
+    if len(unnamed):
+        edges[UNNAMED] = np.concatenate([*([edges[UNNAMED]] if UNNAMED in edges else []), unnamed])
     points = _points(mesh, scene, problems)
     regions = _regions(mesh, [region.name for region in scene.mesh_file.regions], problems)
     for i, load in enumerate(scene.loads):

@@ -201,6 +201,7 @@ def test_orphan_nodes_are_dropped(tmp_path):
     t = triangulate(scene)
     np.testing.assert_array_equal(t.nodes, [(0, 0), (1, 0), (0, 1)])
     assert as_set(t.edges["curve_5"]) == {(0, 1)}
+    assert as_set(t.edges["boundary"]) == {(0, 2), (1, 2)}
 
 
 @pytest.mark.parametrize(
