@@ -164,7 +164,8 @@ def _place(load: Load, grid: Grid) -> tuple[Boundary, float]:
         edges = grid.edges[load.edge]
     else:
         assert load.box is not None
-        edges = np.concatenate(list(grid.edges.values()))
+        # In a mesh file an edge may have two names.
+        edges = np.unique(np.concatenate(list(grid.edges.values())), axis=0)
         low, high = np.min(load.box, axis=0), np.max(load.box, axis=0)
         slack = 1e-9 * np.ptp(grid.nodes, axis=0).max()
         inside = np.all((grid.nodes >= low - slack) & (grid.nodes <= high + slack), axis=1)
