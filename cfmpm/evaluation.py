@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cfmpm.body import Body
+from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import cf, criteria
 from cfmpm.fracture.interaction import intensity_factors
 from cfmpm.fracture.opening import smallest_openings
@@ -18,7 +19,7 @@ def evaluate_tips(
     body: Body,
     gradients: Floats,
     lame: Floats,
-    displacement: Floats,
+    balance: Equilibrium,
     nodal: Floats,
     g_c: Sequence[float | None],
 ) -> dict[str, Any]:
@@ -32,8 +33,7 @@ def evaluate_tips(
         Basis gradients at its quadrature points [1/mm].
     lame : (q, 2) float
         Lame's constants of each region [MPa].
-    displacement : (n, 2) float
-        Of the nodes [mm].
+    balance : Equilibrium
     nodal : (n, 2) float
         From `cf.nodal_force`.
     g_c : sequence of float or None
@@ -46,7 +46,7 @@ def evaluate_tips(
         are those of the largest radius.
     """
     grid, points, body_force = body.grid, body.integration, body.loading.body_force
-    openings = smallest_openings(grid, displacement)
+    openings = smallest_openings(grid, balance.displacement)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         region = region_of(grid, tip)
@@ -54,7 +54,16 @@ def evaluate_tips(
         for radius in domain.radii:
             q = cf.ring_weight(grid, tip, radius)
             force = cf.domain_force(grid, nodal, tip, radius)
-            k = intensity_factors(grid, points, gradients, lame[region], tip, q, body_force)
+            k = intensity_factors(
+                grid,
+                points,
+                gradients,
+                lame[region],
+                tip,
+                q,
+                body_force,
+                balance.contact_force,
+            )
             rings.append(
                 {
                     "domain_radius": radius,

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from cfmpm import results
 from cfmpm.body import Body
 from cfmpm.clock import Clock
 from cfmpm.equilibrium import Equilibrium
+from cfmpm.fracture import stability
 from cfmpm.fracture.domains import FILL, RESOLVED
 from cfmpm.fracture.growth import Decision
-from cfmpm.fracture.opening import smallest_openings
 from cfmpm.grid import Grid, Triangulation
 from cfmpm.meshing import resolved_grading
 from cfmpm.scene.model import Scene
@@ -45,9 +46,6 @@ class Record:
         self._clock = clock
         self._seconds: dict[str, float] = {}
         self._start_lengths = self._lengths(body.triangulation)
-        self._work = 0.0
-        # Load factor, and what it and the reactions have moved through, at the last step.
-        self._last = (0.0, 0.0, 0.0)
 
     def add(
         self,
@@ -81,9 +79,10 @@ class Record:
             name: np.asarray(value) * factor ** results.LOAD_POWER.get(name, 0)
             for name, value in values.items()
         }
-        values["external_work"] = self._work_done(body, balance, factor)
+        conjugates = _conjugates(body, balance, factor)
+        values["external_work"] = self._work_done(factor, conjugates)
         values["fracture_energy"] = self._fracture_energy(body)
-        self._append(factor, values)
+        self._append(factor, values, conjugates)
         self.notes |= _notes(body, balance)
         self.warnings |= dict.fromkeys(_warnings(body, balance))
 
@@ -102,6 +101,7 @@ class Record:
         return results.build_history(
             self.scene,
             self.steps,
+            stability=self._stability(),
             tips=list(self.tips),
             radii=self.radii,
             boundaries=self.boundaries,
@@ -113,13 +113,18 @@ class Record:
             },
         )
 
-    def _append(self, factor: float, values: Mapping[str, Any]) -> None:
+    def _append(
+        self,
+        factor: float,
+        values: Mapping[str, Any],
+        conjugates: tuple[float, float] = (np.nan, np.nan),
+    ) -> None:
         spent = {
             phase: total - self._seconds.get(phase, 0.0)
             for phase, total in self._clock.seconds.items()
         }
         self._seconds = dict(self._clock.seconds)
-        self.steps.append(results.StepRecord(factor, values, spent))
+        self.steps.append(results.StepRecord(factor, values, spent, conjugates))
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
         """Where each crack ends, and what it does there."""
@@ -164,18 +169,27 @@ class Record:
         new = sum(self._lengths(body.triangulation).values()) - sum(self._start_lengths.values())
         return 0.0 if new == 0.0 else new * (self.full.material.g_c or np.nan)
 
-    def _work_done(self, body: Body, balance: Equilibrium, factor: float) -> float:
+    def _work_done(self, factor: float, conjugates: tuple[float, float]) -> float:
         """Work of the loads from the start, by the trapezoidal rule over the steps [N]."""
-        loading, u = body.loading, balance.displacement
-        applied = float((loading.force * np.where(loading.prescribed, 0.0, u)).sum())
-        reaction = float((balance.internal_force * loading.displacement).sum())
-        # Dead loads: factor times f over factor times u; grips the other way round.
-        dead, grip = factor * applied, factor * reaction
-        last_factor, last_dead, last_grip = self._last
-        self._work += 0.5 * (factor + last_factor) * (dead - last_dead)
-        self._work += 0.5 * (grip + last_grip) * (factor - last_factor)
-        self._last = factor, dead, grip
-        return self._work
+        dead, grip = conjugates
+        work, last_factor, last_dead, last_grip = 0.0, 0.0, 0.0, 0.0
+        if self.steps:
+            last = self.steps[-1]
+            work, last_factor = float(last.values["external_work"]), last.load_factor
+            last_dead, last_grip = last.conjugates
+        work += 0.5 * (factor + last_factor) * (dead - last_dead)
+        return work + 0.5 * (grip + last_grip) * (factor - last_factor)
+
+    def _stability(self) -> NDArray[np.int8]:
+        """How the cracks go on from each step, as far as crack control tells."""
+        growth = self.full.growth
+        if growth is None or growth.control == "load":
+            return np.zeros(len(self.steps), np.int8)
+        factor = np.array([step.load_factor for step in self.steps])
+        dead, grip = np.array([step.conjugates for step in self.steps]).reshape(-1, 2).T
+        if np.any(dead != 0.0):  # with grips besides, the force is still that of all loads
+            return stability.classify(factor, dead)
+        return stability.classify(grip, factor)
 
 
 def left_out(scene: Scene, has_tips: bool) -> list[str]:
@@ -215,6 +229,14 @@ def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
     return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
 
 
+def _conjugates(body: Body, balance: Equilibrium, factor: float) -> tuple[float, float]:
+    """What the dead loads have moved through and the force on the grips, per load factor [N]."""
+    loading, u = body.loading, balance.displacement
+    applied = float((loading.force * np.where(loading.prescribed, 0.0, u)).sum())
+    reaction = float((balance.internal_force * loading.displacement).sum())
+    return factor * applied, factor * reaction
+
+
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Energies, counts and the forces and displacements of the loaded parts."""
     loading, source, u = body.loading, body.integration, balance.displacement
@@ -230,6 +252,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "n_points": len(body.points),
         "n_nodes": len(body.grid.nodes),
         "n_unknowns": balance.n_unknowns,
+        "contact_pairs": balance.contact_pairs,
         "grid_quality": body.quality,
         "empty_elements": body.empty_elements,
         "floating_nodes": body.floating_nodes,
@@ -277,13 +300,7 @@ def _notes(body: Body, balance: Equilibrium) -> dict[str, Any]:
 def _warnings(body: Body, balance: Equilibrium) -> list[str]:
     """Name what makes numbers of this run doubtful."""
     grid: Grid = body.grid
-    largest = np.abs(balance.displacement).max(initial=0.0)
-    found = [
-        f"{name}: its faces overlap; contact is not modelled, so K_I, G and the configurational "
-        "force of its tips mean nothing there"
-        for name, opening in smallest_openings(grid, balance.displacement).items()
-        if opening < -1e-6 * largest
-    ]
+    found = []
     if balance.residual_floor > 0.0:
         found.append(
             "the unbalanced force is at the floor that round-off sets, above 1e-8 of the largest "

@@ -16,7 +16,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
+from cfmpm.fracture.stability import STABILITY
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
 
@@ -61,6 +63,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "unstable_points": (_STEP, "1", "material points that lost ellipticity"),
     "n_points": (_STEP, "1", "material points"),
     "n_nodes": (_STEP, "1", "nodes of the background grid"),
+    "contact_pairs": (_STEP, "1", "pairs of nodes at which crack faces press on each other"),
     "grid_quality": (_STEP, "1", "worst triangle that growth changed; 1 equilateral, 0 flat"),
     "empty_elements": (_STEP, "1", "triangles without a material point"),
     "floating_nodes": (_STEP, "1", "nodes without stiffness, which were held"),
@@ -94,11 +97,16 @@ class StepRecord:
         Without the step dimension: scalars, (tip,), (tip, radius), (boundary,).
     seconds : mapping of str to float
         Wall time of each phase [s].
+    conjugates : (float, float)
+        What loads do work with when the load factor changes: the sum of dead forces (at factor one)
+        times displacements, and that of reactions times prescribed displacements (at factor one)
+        [N].
     """
 
     load_factor: float
     values: Mapping[str, Any]
     seconds: Mapping[str, float]
+    conjugates: tuple[float, float] = (np.nan, np.nan)
 
 
 def build_history(
@@ -109,6 +117,7 @@ def build_history(
     radii: Sequence[float],
     boundaries: Sequence[str],
     notes: Mapping[str, Any],
+    stability: NDArray[np.int8] | None = None,
 ) -> xr.Dataset:
     """Gather the steps of a run into one dataset.
 
@@ -122,6 +131,8 @@ def build_history(
         Nominal domain radii [mm].
     notes : mapping
         Further attributes: text, numbers, or sequences of text.
+    stability : (step,) int8, optional
+        Index into `STABILITY`; default undefined.
 
     Returns
     -------
@@ -147,9 +158,19 @@ def build_history(
         attributes: dict[str, Any] = {"units": units, "long_name": long_name}
         if name == "tip_status":
             values = np.where(np.isnan(values), 1, values).astype(np.int8)
-            attributes["flag_values"] = np.arange(len(TIP_STATUS), dtype=np.int8)
-            attributes["flag_meanings"] = " ".join(TIP_STATUS)
+            attributes |= _flags(TIP_STATUS)
         data[name] = (dims, values, attributes)
+    data["stability"] = (
+        _STEP,
+        np.zeros(len(records), np.int8) if stability is None else stability,
+        {
+            "units": "1",
+            "long_name": "growth from this step on, under crack control",
+            "comment": "stable: the force rises; unstable: it falls; snap_back: so does the "
+            "displacement",
+            **_flags(STABILITY),
+        },
+    )
     for name in SPREAD:
         values = data[f"{name}_radius"][1]
         spread = np.ptp(values, axis=2) if len(radii) > 1 else np.full(values.shape[:2], np.nan)
@@ -175,6 +196,14 @@ def build_history(
         "phase": ("phase", np.array(phases, object), {"long_name": "part of the run"}),
     }
     return xr.Dataset(data, coords, {**_provenance(scene), **notes})
+
+
+def _flags(meanings: Sequence[str]) -> dict[str, Any]:
+    """Attributes of a variable whose values are indices into words."""
+    return {
+        "flag_values": np.arange(len(meanings), dtype=np.int8),
+        "flag_meanings": " ".join(meanings),
+    }
 
 
 def _provenance(scene: Scene) -> dict[str, Any]:

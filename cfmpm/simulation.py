@@ -13,6 +13,7 @@ from cfmpm import equilibrium
 from cfmpm.body import Body
 from cfmpm.clock import Clock
 from cfmpm.errors import SolveError
+from cfmpm.errors import SolveError
 from cfmpm.evaluation import evaluate_tips
 from cfmpm.fracture import cf, growth
 from cfmpm.grid import Floats, Grid
@@ -133,13 +134,20 @@ def run(
             clock("equilibrium"),
             _step(len(record.steps) + 1),
         ):  # steps 4 to 6: forces, balance, update of the points
-            balance = equilibrium.solve_linear(
-                stiffness, grid, points, gradients, lame, loading, scene.solver
-            )
+            try:
+                balance = equilibrium.solve_linear(
+                    stiffness, grid, points, gradients, lame, loading, scene.solver
+                )
+            except SolveError as error:
+                if not (record.steps and scene.growth and scene.growth.transfer == "paper"):
+                    raise
+                record.add_severed(body.triangulation)
+                ending = f"unsolvable: growth.transfer: paper took stiffness away; {error}"
+                break
             bodies.update_owners(body)
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
             nodal = cf.nodal_force(grid, points, gradients, loading.body_force)
-            tips = evaluate_tips(body, gradients, lame, balance.displacement, nodal, g_c)
+            tips = evaluate_tips(body, gradients, lame, balance, nodal, g_c)
             decision = growth.decide(grid, tips, g_c, scene.growth, decision)
         record.add(body, balance, tips, decision)
         state = State(body, balance, nodal)
