@@ -13,7 +13,6 @@ from cfmpm import equilibrium
 from cfmpm.body import Body
 from cfmpm.clock import Clock
 from cfmpm.errors import SolveError
-from cfmpm.errors import SolveError
 from cfmpm.evaluation import evaluate_tips
 from cfmpm.fracture import cf, growth
 from cfmpm.grid import Floats, Grid
