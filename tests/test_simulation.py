@@ -121,7 +121,8 @@ def test_closing_faces_are_kept_apart():
     history = cfmpm.run(squeezed).history
     assert int(history.contact_pairs[0]) > 0
     assert abs(float(history.min_opening[0, 0])) < 1e-12
-    assert abs(float(history.K_I[0, 0])) < 1e-9
+    # Without contact it would be -sigma sqrt(pi a) and more, -61 MPa sqrt(mm).
+    assert abs(float(history.K_I[0, 0])) < 1e-3
     assert int(cfmpm.run(plate()).history.contact_pairs[0]) == 0
 
 
