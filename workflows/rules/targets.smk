@@ -1,4 +1,5 @@
 # What is asked for by name. A rule's name cannot hold a hyphen, but an anonymous rule's can.
+# There is no default target: Snakemake takes none from an included file.
 
 REPRODUCED = [
     *expand("results/paper/fig{n}.png", n=[4, 5, 6, 7]),
@@ -10,11 +11,10 @@ REPRODUCED = [
 rule:
     name:
         "reproduce-paper"
-    default_target: True
     input:
         REPRODUCED,
     message:
-        "The paper is reproduced: see results/paper; snakemake --report results/report.html makes a page"
+        "The paper is reproduced: see results/paper"
 
 
 rule reproduce_paper:
