@@ -140,9 +140,7 @@ def scenes(draw: st.DrawFn) -> Scene:
         "mesh": {
             "element": draw(st.sampled_from(["T3", "T6"])),
             "size": size,
-            "grading": draw(
-                st.sampled_from(["uniform", {"tip_size": 0.4 * size, "growth": 0.5}])
-            ),
+            "grading": draw(st.sampled_from(["uniform", {"tip_size": 0.4 * size, "growth": 0.5}])),
         },
         "growth": {
             "control": draw(st.sampled_from(["load", "crack"])),
