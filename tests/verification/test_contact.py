@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csc_array, csr_array, eye_array
+from structured import rectangle
 
 from cfmpm import body as bodies
 from cfmpm import contact, equilibrium, solvers
@@ -16,8 +17,11 @@ from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.fracture.interaction import IntensityFactors, intensity_factors
 from cfmpm.fracture.opening import face_pairs, smallest_openings
+from cfmpm.grid import build_grid
 from cfmpm.kernels.basis import basis_gradients
+from cfmpm.loading import Loading
 from cfmpm.materials import lame_constants
+from cfmpm.points import seed
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
 
@@ -205,6 +209,32 @@ def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
     stress = solved.body.integration.stress
     np.testing.assert_allclose(stress, np.tile([-10.0, -10.0, 0], (len(stress), 1)), atol=1e-9)
     assert_complementary(solved)
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("last", [5, 3], ids=["crossing", "meeting"])
+def test_pressure_passes_through_joined_cracks(element, last):
+    """Where cracks cross, or one ends on another, three or four nodes lie in one place."""
+    mesh = rectangle(8, 6, shake=0.3, crack=(3, 1, 7))
+    line = 4 * 7 + np.arange(last, 0, -1)
+    mesh = replace(mesh, cracks={**mesh.cracks, "crack_2": np.column_stack([line[:-1], line[1:]])})
+    grid = build_grid(mesh, element)
+    points = seed(grid)
+    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    prescribed = np.zeros((len(grid.nodes), 2), bool)
+    prescribed[np.concatenate([edges.ravel() for edges in grid.edges.values()])] = True
+    squeezed = np.where(prescribed, -0.1 * grid.nodes, 0.0)
+    nothing = np.zeros_like(squeezed)
+    loading = Loading(prescribed, squeezed, nothing, nothing, np.zeros(2), {}, 0)
+    lame = np.array([[1.3, 0.9]])
+    stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
+    balance = equilibrium.solve_linear(stiffness, grid, points, gradients, lame, loading, "superlu")
+    assert balance.contact_pairs >= 8
+    np.testing.assert_allclose(balance.displacement, -0.1 * grid.nodes, atol=1e-12)
+    pressure = -0.2 * (1.3 + 0.9)
+    np.testing.assert_allclose(
+        points.stress, np.tile([pressure, pressure, 0], (len(points), 1)), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("load", [[0, 10.0], [4.0, 10.0]])
