@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from scipy.sparse import block_diag, coo_array, csr_array
 from structured import rectangle
 
-from cfmpm import solvers
+from cfmpm import engines, solvers
+from cfmpm.engines import NotPositiveDefiniteError
 from cfmpm.errors import SolveError
-from cfmpm.solvers import NotPositiveDefiniteError, rigid_body_modes, select
+from cfmpm.solvers import rigid_body_modes, select
 
 MODULUS, POISSON = 210e3, 0.3  # N/mm^2
 DIRECT = ("cholmod", "rslab", "superlu")
@@ -268,7 +269,7 @@ def test_tiny_systems(solver):
 
 
 def test_multigrid_says_how_far_it_got(monkeypatch):
-    monkeypatch.setattr(solvers, "CG_ITERATIONS", 3)
+    monkeypatch.setattr(engines, "CG_ITERATIONS", 3)
     K, modes = plate(25, 25)
     with pytest.raises(SolveError, match=r"residual of .* in 3 iterations"):
         select(1, "amg").factor(K, modes)
