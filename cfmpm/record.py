@@ -233,14 +233,14 @@ def _conjugates(body: Body, balance: Equilibrium, factor: float) -> tuple[float,
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
     applied = float((loading.force * np.where(loading.prescribed, 0.0, u)).sum())
-    reaction = float((balance.internal_force * loading.displacement).sum())
+    reaction = float(((balance.internal_force - balance.contact_force) * loading.displacement).sum())
     return factor * applied, factor * reaction
 
 
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Energies, counts and the forces and displacements of the loaded parts."""
     loading, source, u = body.loading, body.integration, balance.displacement
-    transmitted = balance.internal_force - loading.own_weight
+    transmitted = balance.internal_force - loading.own_weight - balance.contact_force
     parts = loading.boundaries.values()
     reaction = np.array([transmitted[part.nodes].sum(axis=0) for part in parts]).reshape(-1, 2)
     motion = np.array([part.weights @ u[part.nodes] for part in parts]).reshape(-1, 2)
@@ -282,6 +282,8 @@ def _notes(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "linear_iterations": balance.iterations,
         "rigid_motions_held": body.loading.held,
     }
+    if balance.contact_pairs:
+        notes["contact"] = f"{balance.contact_pairs} pairs of crack face nodes closed at the end"
     if grading is not None:
         notes |= {"grid_tip_size": grading.tip_size, "grid_growth": grading.growth}
     if body.tip_domains:

@@ -118,10 +118,6 @@ class TestRun:
         assert result.exit_code == 0, result.output
         assert not list(Path("results/whole").glob("cf_*"))
 
-    def test_closing_cracks_are_pointed_out(self, scene: Path) -> None:
-        result = call("run", scene, "--set", "family.traction=-10")
-        assert "K_I < 0 at crack_1" in result.stdout
-
 
 class TestFailures:
     def test_every_problem_of_a_scene_on_its_line(self, scene: Path) -> None:

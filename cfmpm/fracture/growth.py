@@ -73,9 +73,6 @@ def decide(
         return Decision(1.0 if growth.control == "load" else math.nan, {})
     toughness = np.array([g_c[region_of(grid, tip)] for tip in grid.tips], float)
     driving = np.asarray(values["G" if growth.criterion == "energy_release_rate" else "cf_norm"])
-    # Faces that are pressed together open no crack, whatever the integral says.
-    if growth.criterion == "energy_release_rate":
-        driving = np.where(np.asarray(values["K_I"]) > 0.0, driving, 0.0)
     part = driving / toughness
     largest = float(part.max())
     if growth.control == "load":

@@ -51,10 +51,6 @@ def test_crack_control_finds_the_load():
     assert nothing.running == {}
 
 
-def test_pressed_tips_do_not_run():
-    assert decide([5.0, 5.0], k_1=(-1.0, 0.0)).running == {}
-
-
 def test_the_paper_s_criterion_and_direction():
     config = {"criterion": "cf_norm", "direction": "cf"}
     decision = decide([0.1, 0.1], config, norm=[0.9, 1.1])
