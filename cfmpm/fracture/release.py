@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,7 +63,8 @@ class _Option:
     @property
     def quality(self) -> float:
         """That of the worst changed triangle."""
-        return _worst(self.mesh, self.changed)
+        changed = self.mesh.triangles[self.changed]
+        return float(triangle_quality(self.mesh.nodes, changed).min(initial=1.0))
 
 
 def advance(triangulation: Triangulation, crack: str, end: int, direction: Floats) -> Release:
@@ -86,8 +87,14 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
         its far node; its length is searched for the quality of the triangles around that node.
         Where no node may move (boundary, crack, border of a material, point load) or the triangles
         would be too flat, the side that the direction crosses is split there instead, or the
-        crack runs into a node that stands next to its way. Triangles that are flat even so are
-        relaxed by smoothing around them.
+        crack runs into a node that stands next to its way.
+
+    Notes
+    -----
+    Laplacian smoothing around flat triangles was tried and left out. Of 2900 releases in random
+    bodies (tests/test_growth_random.py) 4 % leave a triangle of quality below 0.25, the flattest
+    0.04; nearly all stand where a side is split between nodes that may not move, which smoothing
+    may not move either: the median of those rose from 0.198 to 0.202.
     """
     asked = direction / np.hypot(*direction)
     star = _Star(triangulation, crack, end)
@@ -99,10 +106,7 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
     if not any(option.quality >= GOOD for option in options):
         options += star.split(first, second, place, heading)
         options += star.met(first, second, place)
-    best = max(options, key=star.worth)
-    if best.quality < GOOD:
-        best = _smoothed(best)
-    return star.release(best, asked)
+    return star.release(max(options, key=star.worth), asked)
 
 
 def is_tip(triangulation: Triangulation, crack: str, end: int) -> bool:
@@ -286,30 +290,6 @@ class _Star:
                 break
         assert best is not None
         return best
-
-
-def _smoothed(option: _Option) -> _Option:
-    """Move the nodes around flat triangles to the middle of their neighbours where that helps."""
-    mesh = option.mesh
-    movable = ~fixed_nodes(mesh)
-    movable[option.node] = False
-    offsets, half_edges = topology.node_stars(mesh.triangles, len(mesh.nodes))
-    changed = set(option.changed.tolist())
-    around = np.unique(mesh.triangles[option.changed])
-    for node in around[movable[around]]:
-        star = half_edges[offsets[node] : offsets[node + 1]] // 3
-        neighbours = np.setdiff1d(mesh.triangles[star], node)
-        nodes = mesh.nodes.copy()
-        nodes[node] = nodes[neighbours].mean(axis=0)
-        moved = replace(mesh, nodes=nodes)
-        if _worst(moved, star) > _worst(mesh, star):
-            mesh = moved
-            changed |= set(star.tolist())
-    return replace(option, mesh=mesh, changed=np.array(sorted(changed)))
-
-
-def _worst(mesh: Triangulation, triangles: Ints) -> float:
-    return float(triangle_quality(mesh.nodes, mesh.triangles[triangles]).min(initial=1.0))
 
 
 def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
