@@ -93,7 +93,7 @@ def evaluate_tips(
             "kink_angle": criteria.max_hoop_angle(row["K_I"], row["K_II"]),
         }
         toughness = g_c[region]
-        if toughness is not None:
+        if toughness is not None and row["K_I"] > -abs(row["K_II"]):
             row["critical_load_factor"] = criteria.critical_load_factor(row["G"], toughness)
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)

@@ -58,10 +58,10 @@ def max_hoop_angle(k_1: float, k_2: float) -> float:
     Returns
     -------
     float
-        From the tangent of the tip, anticlockwise [deg]; nan where the hoop stress is nowhere
-        tensile because both factors vanish.
+        From the tangent of the tip, anticlockwise [deg]; nan where the crack is pressed shut more
+        than sheared, K_I <= -abs(K_II): the angle would be above 90 degrees.
     """
-    if k_1 == 0.0 and k_2 == 0.0:
+    if k_1 <= -abs(k_2):
         return math.nan
     return math.degrees(2.0 * math.atan2(-2.0 * k_2, k_1 + math.hypot(k_1, math.sqrt(8.0) * k_2)))
 
@@ -100,9 +100,9 @@ def max_energy_angle(k_1: float, k_2: float) -> float:
     Returns
     -------
     float
-        From the tangent of the tip, anticlockwise [deg]; nan where both factors vanish.
+        From the tangent of the tip, anticlockwise [deg]; nan as in `max_hoop_angle`.
     """
-    if k_1 == 0.0 and k_2 == 0.0:
+    if k_1 <= -abs(k_2):
         return math.nan
 
     def released(angle: float) -> float:

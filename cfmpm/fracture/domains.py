@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cfmpm.errors import Problem, SceneError
 from cfmpm.grid import CrackTip, Floats, Grid
 
 # Part of the clearance of a tip that a domain may fill: the nodes on what lies there stay out.
@@ -65,8 +66,13 @@ def choose_domains(
     Domains
         Chosen radii end at 20 element sizes of the tip or a quarter of the clearance, whichever
         is larger, but at most at 0.9 of the clearance; they start at half of that. Radii asked
-        for are cut back to 0.9 of the clearance. Around a running tip they end at 5 element
-        sizes, as far as one direction of the crack makes sense.
+        for are cut back, all by one factor, to 0.9 of the clearance. Around a running tip they
+        end at 5 element sizes, as far as one direction of the crack makes sense.
+
+    Raises
+    ------
+    SceneError
+        Where a tip that does not run lies on the border of another material.
     """
     clearance = tip_clearance(grid, tip, growing=growing)
     largest = FILL * clearance
@@ -76,8 +82,8 @@ def choose_domains(
         return Domains(
             tuple(float(r) for r in reach * _fractions(wanted)), clearance, False, growing
         )
-    radii = tuple(min(radius, largest) for radius in wanted)
-    return Domains(radii, clearance, radii != tuple(wanted), growing)
+    factor = min(1.0, largest / max(wanted))
+    return Domains(tuple(factor * r for r in wanted), clearance, factor < 1.0, growing)
 
 
 def _fractions(count: int) -> Floats:
@@ -93,6 +99,7 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
     x = grid.nodes[tip.node]
     # A growing crack bends all the time: what counts is the other end of its line.
     distances = [float(np.hypot(*(tip.path[-1] - x))) if growing else tip.straight]
+    distances.append(_distance_to_own_flank(tip))
     obstacles = [edges[:, :2] for edges in grid.edges.values()]
     for name, faces in grid.crack_faces.items():
         if name != tip.crack:
@@ -102,8 +109,16 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
         across = grid.regions[grid.twins[element, side] // 3]
         border = across != grid.regions[element]
         borders = grid.edge_nodes(3 * element[border] + side[border])[:, :2]
-        # A crack that crosses a border ends on it for one increment.
-        obstacles.append(borders[(borders != tip.node).all(axis=1)])
+        meeting = (borders == tip.node).any(axis=1)
+        if meeting.any() and not growing:
+            reason = (
+                f"the tip {tip.name} lies on the border of another material, where its field is "
+                "not that of K_I and K_II, which cfmpm knows; end the crack off the border"
+            )
+            raise SceneError([Problem(reason, "geometry.cracks")])
+        # A crack that crosses a border ends on it for one increment, and sees both materials.
+        if not meeting.any():
+            obstacles.append(borders)
     for edges in obstacles:
         if len(edges):
             distances.append(_distance_to_segments(x, grid.nodes[edges]))
@@ -111,6 +126,16 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
     if points:
         distances.append(float(np.hypot(*(grid.nodes[points] - x).T).min()))
     return float(min(distances))
+
+
+def _distance_to_own_flank(tip: CrackTip) -> float:
+    """Distance from a tip to a part of its own crack that comes back to it; else infinite."""
+    away = tip.path - tip.path[0]
+    distance = np.hypot(*away.T)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(away, axis=0).T))])
+    # What is twice as far by the crack as it is straight across lies on another flank.
+    back = np.flatnonzero(along > 2.0 * distance * (1.0 + 1e-9))
+    return float(distance[back].min(initial=np.inf))
 
 
 def _distance_to_segments(x: Floats, segments: Floats) -> float:

@@ -73,7 +73,9 @@ def decide(
         return Decision(1.0 if growth.control == "load" else math.nan, {})
     toughness = np.array([g_c[region_of(grid, tip)] for tip in grid.tips], float)
     driving = np.asarray(values["G" if growth.criterion == "energy_release_rate" else "cf_norm"])
-    part = driving / toughness
+    # A tip that is pressed shut more than sheared has no direction to run in.
+    k_1, k_2 = np.asarray(values["K_I"]), np.asarray(values["K_II"])
+    part = np.where(k_1 > -np.abs(k_2), driving, 0.0) / toughness
     largest = float(part.max())
     if growth.control == "load":
         load_factor = 1.0

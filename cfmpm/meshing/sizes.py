@@ -37,11 +37,13 @@ def resolved_grading(scene: Scene) -> Grading | None:
 
 
 def _room(scene: Scene, crack_name: str, end: int) -> float:
-    """Distance from a tip to the boundary, another crack or the far end of its own [mm]."""
+    """Distance from a tip to the boundary, another crack, a bend or the far end of its own [mm]."""
     body = Body.of(scene)
     lines = {str(crack.name): crack.points for crack in body.geometry.cracks}
     own = lines.pop(crack_name)
     tip = Point(own[end])
     others = [LineString(points) for points in lines.values()]
+    if len(own) > 2:
+        others.append(LineString(own[:-1] if end == -1 else own[1:]))
     length = sum(math.dist(a, b) for a, b in pairwise(own))
     return min(length, *(float(tip.distance(line)) for line in (body.polygon.boundary, *others)))

@@ -29,6 +29,9 @@ def test_limits():
     assert max_hoop_angle(0, 1) == pytest.approx(-70.529, abs=1e-3)
     assert max_hoop_angle(0, -1) == pytest.approx(70.529, abs=1e-3)
     assert math.isnan(max_hoop_angle(0, 0))
+    assert math.isnan(max_hoop_angle(-1, 0))
+    assert math.isnan(max_hoop_angle(-1, 0.5))
+    assert max_hoop_angle(-1, 1.0001) == pytest.approx(-90, abs=0.01)
 
 
 def test_load_at_fracture():

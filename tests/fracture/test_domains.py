@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from structured import rectangle
 
+from cfmpm.errors import SceneError
 from cfmpm.fracture.domains import choose_domains, tip_clearance
 from cfmpm.grid import build_grid
 
@@ -72,5 +73,31 @@ def test_radii_asked_for_are_kept_or_cut_back(grid):
     (tip,) = grid.tips
     assert choose_domains(grid, tip, [1.0, 3.0]).radii == (1.0, 3.0)
     cut = choose_domains(grid, tip, [1.0, 30.0])
-    assert cut.radii == (1.0, pytest.approx(3.6))
+    # All by one factor: their spread goes on to say something.
+    assert cut.radii == (pytest.approx(0.12), pytest.approx(3.6))
     assert cut.cut_back
+
+
+def test_clearance_ends_at_its_own_flank():
+    """A crack that turns back on itself, 1 mm apart, seen from a tip that runs."""
+    triangulation = rectangle(20, 20, 10.0, 10.0)
+    number = np.arange(21 * 21).reshape(21, 21)
+    line = np.concatenate([number[0:15, 8], number[14, 9:11], number[13:5:-1, 10]])
+    hook = build_grid(
+        replace(triangulation, cracks={"c": np.column_stack([line[:-1], line[1:]])}), "T3"
+    )
+    (tip,) = hook.tips
+    assert tip.straight == pytest.approx(4.0)
+    assert tip_clearance(hook, tip) == pytest.approx(1.0)
+    assert tip_clearance(hook, tip, growing=True) == pytest.approx(1.0)
+
+
+def test_a_tip_on_the_border_of_another_material_is_refused_unless_it_runs(grid):
+    (tip,) = grid.tips
+    centres = grid.nodes[grid.triangles].mean(axis=1)
+    halves = replace(
+        grid, regions=(centres[:, 0] > 5.0).astype(int), region_names=("body", "right")
+    )
+    with pytest.raises(SceneError, match="border of another material"):
+        choose_domains(halves, tip, 3)
+    assert choose_domains(halves, tip, 3, growing=True).clearance == pytest.approx(4.0)

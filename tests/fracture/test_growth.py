@@ -51,6 +51,11 @@ def test_crack_control_finds_the_load():
     assert nothing.running == {}
 
 
+def test_tips_run_by_shear_but_not_under_pressure():
+    assert decide([5.0, 5.0], k_1=(-1.0, -1.0), k_2=(0.5, -0.5)).running == {}
+    assert len(decide([5.0, 5.0], k_1=(-1e-3, 0.0), k_2=(1.0, 1.0)).running) == 2
+
+
 def test_the_paper_s_criterion_and_direction():
     config = {"criterion": "cf_norm", "direction": "cf"}
     decision = decide([0.1, 0.1], config, norm=[0.9, 1.1])
