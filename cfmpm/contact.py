@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, solve
 from scipy.sparse import csc_array
 
 from cfmpm.errors import SolveError
 from cfmpm.fracture.opening import FacePairs, face_pairs
 from cfmpm.grid import Floats, Grid, Ints
+from cfmpm.kernels.dense import cholesky_solve
 from cfmpm.solvers import Factor
 
 # Overlap, relative to the largest displacement, below which faces only touch.
@@ -156,10 +156,10 @@ def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Fac
 
 def _closing_force(flexibility: Floats, gap: Floats, closed: Ints) -> Floats:
     """Forces that close the given pairs, and leave the others free."""
-    try:
-        return solve(flexibility[np.ix_(closed, closed)], -gap[closed], assume_a="pos")
-    except LinAlgError as failure:
+    force = cholesky_solve(flexibility[np.ix_(closed, closed)], -gap[closed])
+    if np.isnan(force).any():
         raise SolveError(
             f"contact of crack faces: {len(closed)} pairs of nodes cannot all be closed, as their "
             "openings depend on each other; look for cracks that cross or meet at a flat angle"
-        ) from failure
+        )
+    return force

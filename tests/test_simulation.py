@@ -161,19 +161,24 @@ def test_same_config_same_bits_on_any_number_of_threads():
     program = (
         "import cfmpm, hashlib, numpy as np\n"
         "from cfmpm.scene.reading import scene_from_dict\n"
-        "result = cfmpm.run(scene_from_dict({'name': 'plate', 'family': {'kind': 'single_edge',"
-        "'width': 50, 'height': 80, 'crack_length': 12, 'traction': 10}, 'material': {'E': 1e4,"
-        "'nu': 0.3}, 'mesh': {'size': 1.5, 'grading': {'tip_size': 0.02, 'growth': 0.1}}}))\n"
-        "data = [result.displacement, result.configurational_force, result.points.stress]\n"
-        "print(hashlib.sha256(b''.join(np.ascontiguousarray(d).tobytes() for d in data))"
-        ".hexdigest())\n"
+        "for traction in (10, -10):\n"  # pulled; and pressed, where crack faces touch
+        "    result = cfmpm.run(scene_from_dict({'name': 'plate', 'family': {'kind': 'single_edge',"
+        "'width': 50, 'height': 80, 'crack_length': 12, 'traction': traction}, 'material': {"
+        "'E': 1e4, 'nu': 0.3}, 'fracture': {'radii': 3},"
+        "'mesh': {'size': 1, 'grading': {'tip_size': 0.02, 'growth': 0.05}}}))\n"
+        "    history = result.history.drop_vars('wall_time')\n"
+        "    data = {name: v.values for name, v in history.items()}\n"
+        "    data |= {'u': result.displacement, 'cf': result.configurational_force,"
+        "'stress': result.points.stress}\n"
+        "    for name, d in data.items():\n"
+        "        print(traction, name,"
+        "hashlib.sha256(np.ascontiguousarray(d).tobytes()).hexdigest())\n"
     )
     digests = set()
     for threads in ("1", "2", "2"):
-        variables = {
-            name: threads
-            for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-        }
+        variables = dict.fromkeys(
+            ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), threads
+        )
         digests.add(
             subprocess.run(
                 [sys.executable, "-c", program],

@@ -125,7 +125,8 @@ def _work_of_contact(
     shape = np.stack([1.0 - part, part], axis=2)
     q_ds = np.einsum("lgn,ln->lg", shape, q[links]) * root * (high - low) * weights
     frame = np.array([tip.tangent, [-tip.tangent[1], tip.tangent[0]]])
-    along, across = frame @ (shape @ grid.nodes[links] - tip.path[0]).reshape(-1, 2).T
+    away = (shape @ grid.nodes[links] - tip.path[0]).reshape(-1, 2)
+    along, across = np.einsum("ij,gj->ig", frame, away)
     r, theta = np.hypot(along, across), np.mod(np.arctan2(across, along), 2.0 * np.pi)
     slope = np.array(
         [
@@ -135,7 +136,7 @@ def _work_of_contact(
     )
     # On the other face, one turn away, the fields have the other sign.
     jump = 2.0 * slope if tip.end == -1 else -2.0 * slope
-    t = (shape @ traction).reshape(-1, 2) @ frame.T
+    t = np.einsum("gj,ij->gi", (shape @ traction).reshape(-1, 2), frame)
     return np.einsum("mgi,gi,g->m", jump, t, q_ds.ravel())
 
 
@@ -196,14 +197,14 @@ def polar_coordinates(tip: CrackTip, x: Floats) -> tuple[Floats, Floats]:
     """
     away = x - tip.path[0]
     t = tip.tangent
-    theta = np.arctan2(t[0] * away[:, 1] - t[1] * away[:, 0], away @ t)
+    theta = np.arctan2(t[0] * away[:, 1] - t[1] * away[:, 0], np.einsum("ki,i->k", away, t))
     starts, ahead = tip.path[1:], tip.path[:-1] - tip.path[1:]
     # Which side of the crack a point is on is that of the segment nearest to it.
     nearest = np.full(len(x), np.inf)
     side = np.zeros(len(x))
     for start, along in zip(starts, ahead, strict=True):
         to = x - start
-        part = np.clip(to @ along / (along @ along), 0.0, 1.0)
+        part = np.clip(np.einsum("ki,i->k", to, along) / (along @ along), 0.0, 1.0)
         gap = np.hypot(*(to - part[:, None] * along).T)
         closer = gap < nearest
         nearest[closer] = gap[closer]
