@@ -125,14 +125,14 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
 
     Example: cfmpm check configs/examples/general.yaml --output /tmp/look
     """
-    from cfmpm import body, record, solvers, summary
+    from cfmpm import body, remarks, solvers, summary
     from cfmpm.plotting.files import save_scene
     from cfmpm.scene import load_scene
 
     scene = load_scene(scene_file, _overrides(set_))
     start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
-    left_out = record.left_out(start.scene, bool(start.grid.tips))
+    left_out = remarks.left_out(start.scene, bool(start.grid.tips))
     radii = [max(domain.radii) for domain in start.tip_domains]
     folder = output or Path("results") / scene.name
     path = save_scene(folder, start.scene, start.grid, start.loading, radii)

@@ -9,22 +9,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm import results
+from cfmpm import remarks, results
 from cfmpm.body import Body
 from cfmpm.clock import Clock
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import stability
-from cfmpm.fracture.domains import FILL, RESOLVED
 from cfmpm.fracture.growth import Decision
-from cfmpm.fracture.opening import smallest_openings
-from cfmpm.grid import Grid, Triangulation
-from cfmpm.materials import region_materials
-from cfmpm.meshing import resolved_grading
+from cfmpm.grid import Triangulation
 from cfmpm.scene.model import Scene
-
-# Poisson's ratio above which T3 in plane strain locks. J against T6 on one grid (single edge crack,
-# size 20, tip 1 mm): 1.4 % low at 0.3, 2.4 % at 0.45, 7 % at 0.49, 28 % at 0.499.
-LOCKING = 0.45
 
 
 class Record:
@@ -89,8 +81,8 @@ class Record:
         values["external_work"] = self._work_done(factor, conjugates)
         values["fracture_energy"] = self._fracture_energy(body)
         self._append(factor, values, conjugates)
-        self.notes |= _notes(body, balance)
-        self.warnings |= dict.fromkeys(_warnings(body, balance))
+        self.notes |= remarks.choices(body, balance)
+        self.warnings |= dict.fromkeys(remarks.doubts(body, balance))
 
     def add_severed(self, triangulation: Triangulation) -> None:
         """Add the last position of the cracks, after which a part of the body is free."""
@@ -114,7 +106,7 @@ class Record:
             notes={
                 **self.notes,
                 "ending": ending,
-                "left_out": left_out(self.full, bool(self.tips)),
+                "left_out": remarks.left_out(self.full, bool(self.tips)),
                 "warnings": list(self.warnings),
             },
         )
@@ -198,38 +190,6 @@ class Record:
         return stability.classify(grip, factor)
 
 
-def left_out(scene: Scene, has_tips: bool) -> list[str]:
-    """List what a run of this scene does not do because the scene does not need it.
-
-    Parameters
-    ----------
-    scene : Scene
-        Expanded.
-    has_tips : bool
-        Whether any crack ends inside the body.
-
-    Returns
-    -------
-    list of str
-    """
-    items = ["Newton loop, finite deformation: the scene is linear"]
-    if scene.growth is None:
-        items.append("crack growth, grid reset: the cracks are stationary")
-    else:
-        items.append("grid reset: at small strain the grid stays where it is")
-    if not has_tips:
-        items.append("configurational force at tips: the scene has no crack tip")
-    elif scene.fracture.radii == 1 or (
-        isinstance(scene.fracture.radii, list) and len(scene.fracture.radii) == 1
-    ):
-        items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
-    if scene.material.g_c is None:
-        items.append("load at fracture: no material.g_c")
-    if not scene.output.fields:
-        items.append("field output: not asked for (output.fields: true)")
-    return items
-
-
 def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
     pairs = mesh.cracks[crack]
     return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
@@ -281,68 +241,3 @@ def _nominal_radii(body: Body) -> list[float]:
     if not body.tip_domains:
         return []
     return list(max((domain.radii for domain in body.tip_domains), key=max))
-
-
-def _notes(body: Body, balance: Equilibrium) -> dict[str, Any]:
-    """Say what was chosen."""
-    grading = resolved_grading(body.scene)
-    notes: dict[str, Any] = {
-        "formulation": "total Lagrangian, small strain: one linear solve a step",
-        "element": body.scene.mesh.element,
-        "solver": balance.solver,
-        "linear_iterations": balance.iterations,
-        "rigid_motions_held": body.loading.held,
-    }
-    if balance.contact_pairs:
-        notes["contact"] = f"{balance.contact_pairs} pairs of crack face nodes closed at the end"
-    if grading is not None:
-        notes |= {"grid_tip_size": grading.tip_size, "grid_growth": grading.growth}
-    if body.tip_domains:
-        notes |= {
-            "domain_clearance": [domain.clearance for domain in body.tip_domains],
-            "domain_cut_back": [int(domain.cut_back) for domain in body.tip_domains],
-            "domain_note": (
-                f"a domain fills at most {FILL} of the clearance of its tip, so that it holds no "
-                "outline, hole, other crack or tip, support or other material, nor, around a tip "
-                "that does not run, a bend of its own crack"
-            ),
-        }
-    return notes
-
-
-def _warnings(body: Body, balance: Equilibrium) -> list[str]:
-    """Name what makes numbers of this run doubtful."""
-    grid: Grid = body.grid
-    found = []
-    largest = np.abs(balance.displacement).max(initial=0.0)
-    for name, opening in smallest_openings(grid, balance.displacement).items():
-        if opening < -1e-6 * largest:
-            found.append(f"{name}: its faces overlap where supports prescribe it")
-    stiffest = max(material.nu for material in region_materials(body.scene, grid.region_names))
-    if body.scene.mesh.element == "T3" and body.scene.plane == "strain" and stiffest > LOCKING:
-        found.append(
-            f"T3 locks near incompressibility: at nu = {stiffest:g} G comes out too small by some "
-            "per cent and more; take mesh.element: T6"
-        )
-    if balance.residual_floor > 0.0:
-        found.append(
-            "the unbalanced force is at the floor that round-off sets, above 1e-8 of the largest "
-            "nodal force: a strong contrast of stiffness, or a slender ligament"
-        )
-    if body.empty_elements:
-        found.append(
-            "growth.transfer: paper left triangles without a material point (empty_elements), and "
-            "nodes without stiffness (floating_nodes), which were held"
-        )
-    for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
-        if domain.cut_back:
-            found.append(
-                f"{tip.name}: radii asked for were cut back to {FILL} of the distance to what a "
-                "domain must not hold (domain_radius)"
-            )
-        if max(domain.radii) < (RESOLVED if not domain.growing else 0.5 * RESOLVED) * tip.h:
-            found.append(
-                f"{tip.name}: its domain reaches over few elements; make the grid finer there "
-                "(mesh.grading.tip_size, or mesh.size)"
-            )
-    return found

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from cfmpm.body import Body
+from cfmpm.remarks import doubts_before
 from cfmpm.simulation import Result
 
 WIDTH = 100
@@ -95,6 +96,7 @@ def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -
         ("unknowns", f"{int((~start.loading.prescribed).sum())}"),
         ("solver", solver),
         *_list("tips", tips),
+        *_list("doubtful", doubts_before(start)),
         *_list("left out", left_out),
         ("written", str(written)),
     ]
