@@ -56,6 +56,8 @@ class Body:
         One a tip of the grid.
     quality : float
         Of the worst triangle that growth has changed so far; 1 equilateral, 0 flat.
+    deviation : float
+        Largest angle between a segment just released and the direction asked for [deg].
     empty_elements, floating_nodes : int
         Triangles without a quadrature point and nodes that only these touch, which are held.
     """
@@ -70,6 +72,7 @@ class Body:
     loading: Loading
     tip_domains: tuple[Domains, ...]
     quality: float = 1.0
+    deviation: float = 0.0
     empty_elements: int = 0
     floating_nodes: int = 0
 
@@ -172,6 +175,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
         loading=hold_nodes(loading, floating),
         tip_domains=_tip_domains(scene, grid),
         quality=min(body.quality, *(step.quality for step in steps)),
+        deviation=max(step.deviation for step in steps),
         empty_elements=empty,
         floating_nodes=len(floating),
     )

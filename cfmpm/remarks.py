@@ -10,6 +10,7 @@ from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture.domains import FILL, RESOLVED
 from cfmpm.fracture.opening import smallest_openings
+from cfmpm.fracture.release import LARGEST_KINK
 from cfmpm.materials import region_materials
 from cfmpm.meshing import resolved_grading
 from cfmpm.scene.model import Scene
@@ -17,6 +18,8 @@ from cfmpm.scene.model import Scene
 # Poisson's ratio above which T3 in plane strain locks. J against T6 on one grid (single edge crack,
 # size 20, tip 1 mm): 1.4 % low at 0.3, 2.4 % at 0.45, 7 % at 0.49, 28 % at 0.499.
 LOCKING = 0.45
+# Angle between a segment and the direction asked for [deg] that is worth a warning.
+DEVIATION = 5.0
 
 
 def left_out(scene: Scene, has_tips: bool) -> list[str]:
@@ -143,6 +146,12 @@ def doubts(body: Body, balance: Equilibrium) -> list[str]:
         found.append(
             "the unbalanced force is at the floor that round-off sets, above 1e-8 of the largest "
             "nodal force: a strong contrast of stiffness, or a slender ligament"
+        )
+    if body.deviation > DEVIATION:
+        found.append(
+            f"a segment points more than {DEVIATION:g} deg away from the direction asked for: that "
+            f"one pointed back, beyond a kink of {LARGEST_KINK:g} deg, or the crack ran into a "
+            "node next to its way that may not move"
         )
     if body.empty_elements:
         found.append(

@@ -19,7 +19,7 @@ GOOD = 0.25
 # a crack that splits side after side would creep.
 SHORT = 0.4
 # A crack that passes a node that may not move this near, as part of the side, may run into it.
-SNAP = 0.1
+SNAP = 0.05
 # A crack turns by no more than this [deg]. Every criterion stays below it while a crack is open (45
 # of the configurational force, 70.5 of max_hoop, 77 of max_energy); what points further back is no
 # driving force, but the noise of a tip whose domain holds next to nothing.
