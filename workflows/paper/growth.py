@@ -1,0 +1,118 @@
+"""Datasets of sections 5.2 to 5.5: growing cracks, each scene in several variants."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import cfmpm
+from cfmpm.fields import build_fields
+from cfmpm.grid import Floats
+from cfmpm.plotting import animate_growth
+from cfmpm.results import TIP_STATUS, write_dataset
+from cfmpm.scene import load_scene
+
+REFERENCES = Path(__file__).parents[1] / "reference"
+# Of the history, what figures and claims are made from.
+KEPT = (
+    *("tip_x", "tip_y", "crack_length", "tip_status", "domain_radius"),
+    *("cf_angle", "cf_norm", "cf_tip_x", "cf_tip_y", "J", "G", "K_I", "K_II"),
+    *("strain_energy", "external_work", "fracture_energy"),
+    *("reaction_y", "displacement_y", "n_points", "empty_elements"),
+)
+
+
+def write_growth(
+    scene_file: str, variants: Mapping[str, Mapping[str, Any]], path: str | Path
+) -> None:
+    """Let the cracks of a scene grow, in each of its variants.
+
+    Parameters
+    ----------
+    scene_file : str
+    variants : mapping of str to mapping
+        Values of the scene that a variant replaces, by dotted keys.
+    path : Path
+        Of the netCDF file: the histories along a dimension variant; steps that a variant has not
+        are nan.
+    """
+    log = logging.getLogger(__name__)
+    rows, endings, configs = [], [], []
+    for name, replaced in variants.items():
+        history = cfmpm.run(load_scene(scene_file, replaced)).history
+        log.info("%s: %d steps, %s", name, history.sizes["step"], history.attrs["ending"])
+        rows.append(history[list(KEPT)].isel(radius=-1, drop=True).reset_coords("load_factor"))
+        endings.append(history.attrs["ending"])
+        configs.append(history.attrs["config"])
+    dataset = xr.concat(
+        rows,
+        xr.Variable("variant", list(variants)),
+        join="outer",
+        combine_attrs="drop_conflicts",
+        fill_value={"tip_status": np.int8(TIP_STATUS.index("stopped"))},
+    )
+    dataset["ending"] = ("variant", endings)
+    dataset["config"] = ("variant", configs)
+    write_dataset(dataset, Path(path))
+
+
+def write_film(scene_file: str, replaced: Mapping[str, Any], every: int, path: str | Path) -> None:
+    """Film the growth of one variant.
+
+    Parameters
+    ----------
+    scene_file : str
+    replaced : mapping
+        As in `write_growth`.
+    every : int
+        Of how many increments one is shown.
+    path : Path
+        Of the GIF file.
+    """
+    frames: list[xr.Dataset] = []
+
+    def keep(state: Any, record: Any) -> None:
+        if (len(record.steps) - 1) % every == 0:
+            frames.append(build_fields(state))
+
+    cfmpm.run(load_scene(scene_file, replaced), observe=keep)
+    animate_growth(frames, Path(path))
+
+
+def tip_path(dataset: xr.Dataset, variant: str, tip: str | None = None) -> Floats:
+    """Return where a tip has been, each place once, (k, 2) [mm].
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `write_growth`.
+    variant : str
+    tip : str, optional
+        Default: the first.
+    """
+    one = steps(dataset, variant)
+    one = one.isel(tip=0) if tip is None else one.sel(tip=tip)
+    places = np.column_stack([one.tip_x, one.tip_y])
+    return places[np.append(True, np.hypot(*np.diff(places, axis=0).T) > 0.0)]
+
+
+def steps(dataset: xr.Dataset, variant: str) -> xr.Dataset:
+    """Return the history of a variant without the steps that it has not."""
+    one = dataset.sel(variant=variant)
+    return one.isel(step=np.flatnonzero(one.tip_x.notnull().any("tip")))
+
+
+def segment_angles(path: Floats) -> Floats:
+    """Angles of the segments of a path from the x axis [deg]."""
+    dx, dy = np.diff(path, axis=0).T
+    return np.degrees(np.arctan2(dy, dx))
+
+
+def reference(name: str) -> Floats:
+    """Return points of a path that is known otherwise, (k, 2) [mm]; their file says from where."""
+    return np.loadtxt(REFERENCES / f"{name}.csv", delimiter=",", comments="#")
