@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Self
 
 import numpy as np
@@ -15,14 +15,17 @@ from cfmpm.errors import MeshError
 from cfmpm.grid import Floats, Ints, Triangulation
 from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_areas
 from cfmpm.meshing.session import gmsh_session
-from cfmpm.meshing.sizes import GROWTH, mesh_size, resolved_grading
-from cfmpm.scene.geometry import Body, polygon_of, shape_of, snap, tip_points
+from cfmpm.meshing.sizes import GROWTH, grading_in, size_in
+from cfmpm.scene.geometry import ON, Body, polygon_of, shape_of, snap
 from cfmpm.scene.model import Crack, Geometry, Scene
-from cfmpm.scene.shapes import XY, Side, arc_centre, sides_of
+from cfmpm.scene.shapes import XY, Side, sides_of
 
 # In the unit frame; OpenCASCADE takes points nearer than 1e-7 for one.
 TOLERANCE = 1e-6
 ELEMENTS_PER_TURN = 24
+# Of the size of the body: a box that is a little larger than the side it is meant for must not
+# force elements as small as that margin. Tractions are cut exactly all the same.
+LEAST_CUT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -60,19 +63,19 @@ def triangulate_body(scene: Scene) -> Triangulation:
     scene = snap(scene)
     body = Body.of(scene)
     frame = Frame.around(body)
-    size = mesh_size(scene)
-    assert size is not None
+    size = size_in(body, scene)
+    cuts = _box_cuts(scene, body)
     with gmsh_session() as gmsh:
         raw = mesh_drawing(
             gmsh,
-            _drawing(scene, body, frame),
+            _drawing(scene, body, frame, cuts),
             size / frame.scale,
-            [*_tip_seeds(scene, frame), *_arc_seeds(body.geometry, size, frame)],
+            [*_tip_seeds(scene, body, frame), *_arc_seeds(body.geometry, size, frame)],
         )
-    return _named(scene, body, frame, raw)
+    return _named(scene, body, frame, raw, cuts)
 
 
-def _drawing(scene: Scene, body: Body, frame: Frame) -> Drawing:
+def _drawing(scene: Scene, body: Body, frame: Frame, cuts: list[XY]) -> Drawing:
     geometry = body.geometry
 
     def drawn(sides: Iterable[Side]) -> list[Side]:
@@ -82,17 +85,38 @@ def _drawing(scene: Scene, body: Body, frame: Frame) -> Drawing:
         [drawn(sides_of(shape)) for shape in (geometry.outline, *map(shape_of, geometry.holes))],
         [drawn(sides_of(shape_of(region))) for region in geometry.regions],
         [side for crack in geometry.cracks for side in drawn(_segments(crack))],
-        [frame.point(load.point) for load in scene.loads if load.point is not None],
+        [
+            *(frame.point(load.point) for load in scene.loads if load.point is not None),
+            *map(frame.point, cuts),
+        ],
     )
+
+
+def _box_cuts(scene: Scene, body: Body) -> list[XY]:
+    """Where the boundary enters and leaves the boxes of loads: a support ends there, at a node."""
+    kept = [side.start for _, side in body.sides]
+    kept += [load.point for load in scene.loads if load.point is not None]
+    kept += [point for crack in body.geometry.cracks for point in crack.points]
+    n_given = len(kept)
+    clear = LEAST_CUT * body.size
+    for box in (load.box for load in scene.loads if load.box is not None):
+        low, high = np.min(box, axis=0) - ON * body.size, np.max(box, axis=0) + ON * body.size
+        for axis, corner in product((0, 1), box):
+            for _, side in body.sides:
+                for point in side.crossings(axis, corner[axis]):
+                    inside = low[1 - axis] <= point[1 - axis] <= high[1 - axis]
+                    if inside and all(math.dist(point, other) > clear for other in kept):
+                        kept.append(point)
+    return kept[n_given:]
 
 
 def _segments(crack: Crack) -> list[Side]:
     return [Side(a, b) for a, b in pairwise(crack.points)]
 
 
-def _tip_seeds(scene: Scene, frame: Frame) -> list[Seeds]:
-    tips = [frame.point(point) for _, _, point in tip_points(scene)]
-    grading = resolved_grading(scene)
+def _tip_seeds(scene: Scene, body: Body, frame: Frame) -> list[Seeds]:
+    tips = [frame.point(point) for _, _, point in body.tips]
+    grading = grading_in(body, scene)
     if grading is None or not tips:
         return []
     return [Seeds(np.array(tips), grading.tip_size / frame.scale, grading.growth)]
@@ -104,8 +128,7 @@ def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:
     along: dict[float, list[XY]] = {}
     for side in (side for shape in (geometry.outline, *inner) for side in sides_of(shape)):
         if side.through is not None:
-            radius = math.dist(arc_centre(side.start, side.through, side.end), side.start)
-            points = along.setdefault(math.tau * radius / ELEMENTS_PER_TURN, [])
+            points = along.setdefault(math.tau * side.radius / ELEMENTS_PER_TURN, [])
             points += [frame.point(point) for point in (*side.points()[::10], side.end)]
     return [
         Seeds(np.array(points), arc_size / frame.scale, GROWTH)
@@ -114,14 +137,15 @@ def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:
     ]
 
 
-def _named(scene: Scene, body: Body, frame: Frame, raw: Raw) -> Triangulation:
+def _named(scene: Scene, body: Body, frame: Frame, raw: Raw, cuts: list[XY]) -> Triangulation:
     """Find the scene's names in a mesh of its drawing, and its exact coordinates."""
     nodes = frame.back(raw.nodes)
+    samples = np.stack([ends_and_middle for ends_and_middle, _ in raw.curves])
 
     def on(side: Side) -> Ints:
         """Node pairs on a side; straight sides get their nodes exactly onto them."""
         drawn = frame.side(side)
-        pairs = _pairs_on(drawn, raw)
+        pairs = _pairs_on(drawn, raw, samples)
         if side.through is None:
             here = np.unique(pairs)
             along = _along(drawn, raw.nodes[here])[:, None]
@@ -144,6 +168,7 @@ def _named(scene: Scene, body: Body, frame: Frame, raw: Raw) -> Triangulation:
     exact = [
         *(point for crack in body.geometry.cracks for point in crack.points),
         *points.values(),
+        *cuts,
         *(side.start for _, side in body.sides),
     ]
     for point in exact:
@@ -162,13 +187,14 @@ def _named(scene: Scene, body: Body, frame: Frame, raw: Raw) -> Triangulation:
     )
 
 
-def _pairs_on(side: Side, raw: Raw) -> Ints:
-    """Node pairs of the curves that lie on a side; gmsh's own record of them has gaps."""
-    pairs = [
-        pairs
-        for curve, pairs in raw.curves
-        if all(math.dist(side.nearest((x, y)), (x, y)) <= TOLERANCE for x, y in curve.tolist())
-    ]
+def _pairs_on(side: Side, raw: Raw, samples: Floats) -> Ints:
+    """Node pairs of the curves that lie on a side; gmsh's own record of them has gaps.
+
+    `samples` are the ends and the middle of all curves, (n, 3, 2).
+    """
+    near = np.flatnonzero(side.distances(samples[:, 1]) <= TOLERANCE)
+    lies = (side.distances(samples[near].reshape(-1, 2)) <= TOLERANCE).reshape(-1, 3).all(axis=1)
+    pairs = [raw.curves[i][1] for i in near[lies]]
     if not pairs or min(part.min() for part in pairs) < 0:
         raise MeshError("the grid does not follow all edges and cracks: do they leave the body?")
     return np.concatenate(pairs)

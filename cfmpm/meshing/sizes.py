@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from shapely import LineString, Point
 
-from cfmpm.scene.geometry import Body, tip_points
+from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Grading, Scene
 
 # Element size per distance, from tips and from whatever else needs small elements.
@@ -16,29 +16,33 @@ GROWTH = 0.3
 
 def mesh_size(scene: Scene) -> float | None:
     """Return the element size away from the crack tips [mm]; None for a mesh file."""
-    if scene.mesh_file is not None:
-        return None
-    return scene.mesh.size or math.sqrt(Body.of(scene).polygon.area) / 20
+    return None if scene.mesh_file is not None else size_in(Body.of(scene), scene)
+
+
+def size_in(body: Body, scene: Scene) -> float:
+    """Return the element size away from the crack tips [mm], of a scene whose body is known."""
+    return scene.mesh.size or math.sqrt(body.polygon.area) / 20
 
 
 def resolved_grading(scene: Scene) -> Grading | None:
     """Return the grading towards the crack tips in numbers [mm]; None for a uniform grid."""
-    if isinstance(scene.mesh.grading, Grading) and scene.mesh_file is None:
+    return None if scene.mesh_file is not None else grading_in(Body.of(scene), scene)
+
+
+def grading_in(body: Body, scene: Scene) -> Grading | None:
+    """Return the grading towards the crack tips [mm], of a scene whose body is known."""
+    if isinstance(scene.mesh.grading, Grading):
         return scene.mesh.grading
-    size = mesh_size(scene)
-    if size is None or scene.mesh.grading == "uniform":
+    if scene.mesh.grading == "uniform" or not body.tips:
         return None
-    tips = tip_points(scene)
-    if not tips:
-        return None
-    room = min(_room(scene, crack, end) for crack, end, _ in tips)
+    size = size_in(body, scene)
+    room = min(_room(body, crack, end) for crack, end, _ in body.tips)
     # A tip that touches something has no room; six decades are as far as a grid can be graded.
     return Grading(tip_size=max(min(size / 100, room / 50), 1e-6 * size), growth=GROWTH)
 
 
-def _room(scene: Scene, crack_name: str, end: int) -> float:
+def _room(body: Body, crack_name: str, end: int) -> float:
     """Distance from a tip to the boundary, another crack, a bend or the far end of its own [mm]."""
-    body = Body.of(scene)
     lines = {str(crack.name): crack.points for crack in body.geometry.cracks}
     own = lines.pop(crack_name)
     tip = Point(own[end])

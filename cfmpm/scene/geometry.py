@@ -73,6 +73,16 @@ class Body:
         """Each crack by its name, its mouths exactly on the boundary."""
         return {str(c.name): LineString(self.snapped(c.points)) for c in self.geometry.cracks}
 
+    @cached_property
+    def tips(self) -> list[tuple[str, int, XY]]:
+        """The crack ends inside the body, as `tip_points` gives them."""
+        return [
+            (str(crack.name), index, crack.points[index])
+            for crack in self.geometry.cracks
+            for index in (0, -1)
+            if not self.is_on_boundary(crack.points[index])
+        ]
+
     def nearest(self, point: XY) -> tuple[str, XY, float]:
         """Name of the nearest edge, the nearest point on it, and the distance [mm]."""
         found = ((name, side.nearest(point)) for name, side in self.sides)
@@ -125,13 +135,7 @@ def tip_points(scene: Scene) -> list[tuple[str, int, XY]]:
         Name of the crack; 0 for its first point, -1 for its last; coordinates [mm]. An end that
         is nearer to the boundary than `ON` times the size of the body is a mouth and left out.
     """
-    body = Body.of(scene)
-    return [
-        (str(crack.name), index, crack.points[index])
-        for crack in body.geometry.cracks
-        for index in (0, -1)
-        if not body.is_on_boundary(crack.points[index])
-    ]
+    return Body.of(scene).tips
 
 
 def snap(scene: Scene) -> Scene:

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 from cfmpm.scene.families import expand, key_as_written
-from cfmpm.scene.geometry import Body, tip_points
-from cfmpm.scene.model import Geometry, Grading, MeshFile, Scene
+from cfmpm.scene.geometry import Body
+from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
 from cfmpm.scene.rules_load import contradictions, misplaced_loads, unknown_edges
@@ -25,12 +25,18 @@ def broken_rules(scene: Scene) -> list[Finding]:
     is neither on nor clear, and refused.
     """
     if scene.mesh_file is not None:
-        return [*_mesh_file(scene.mesh_file), *_names_of_loads(scene), *contradictions(scene)]
+        return [
+            *_mesh_file(scene.mesh_file),
+            *_names_of_loads(scene),
+            *contradictions(scene),
+            *_toughness(scene, "mesh_file", scene.mesh_file.regions),
+        ]
     whole = expand(scene)
     geometry = whole.geometry
     assert geometry is not None
     found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
     found += contradictions(whole)
+    found += _toughness(scene, "geometry", geometry.regions)
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
@@ -90,6 +96,17 @@ def _repeated(key: str, names: Sequence[str | None]) -> Iterator[Finding]:
             yield key.format(i), f"{name} is a name already in use"
 
 
+def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
+    """Materials that a growing crack could not be compared with."""
+    if scene.growth is None:
+        return
+    parts = {"": scene.material}
+    parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
+    for part, material in parts.items():
+        if material.g_c is None:
+            yield f"{part}material.g_c", "is missing: growth needs what a crack has to overcome"
+
+
 def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
     x_min, y_min, x_max, y_max = body.outline.bounds
     width = min(x_max - x_min, y_max - y_min)
@@ -116,7 +133,7 @@ def _triangles(scene: Scene, body: Body) -> float:
     coarse = 0.0 if size is None else _over(body.polygon.area, size)
     if not isinstance(grading, Grading):
         return coarse
-    tips = len(tip_points(scene))
+    tips = len(body.tips)
     # The integral of 2 pi r / (area of a triangle of size tip_size + growth r) dr.
     reach = math.log1p((size or body.size) / grading.tip_size)
     fine = _over(math.tau * reach, grading.growth)

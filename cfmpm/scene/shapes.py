@@ -7,6 +7,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cfmpm.scene.model import Circle, Vertex
 
 XY = tuple[float, float]
@@ -48,6 +51,51 @@ class Side:
         if turn <= abs(sweep):
             return _xy(centre + (p - centre) * (abs(a - centre) / abs(p - centre)))
         return min(self.start, self.end, key=lambda end: math.dist(end, point))
+
+    def distances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distances of many points, (n, 2), from the side."""
+        p, a, b = points[:, 0] + 1j * points[:, 1], complex(*self.start), complex(*self.end)
+        if self.through is None:
+            along = ((p - a) * (b - a).conjugate()).real / abs(b - a) ** 2
+            return np.abs(a + (b - a) * np.clip(along, 0, 1) - p)
+        centre, sweep = self._arc(self.through)
+        arm = a - centre
+        turn = np.copysign(1, sweep) * np.angle((p - centre) / arm) % math.tau
+        beside = np.abs(np.abs(p - centre) - abs(arm))
+        return np.where(turn <= abs(sweep), beside, np.minimum(np.abs(p - a), np.abs(p - b)))
+
+    def crossings(self, axis: int, value: float) -> list[XY]:
+        """The points at which coordinate `axis` has a value; none where the side runs along it."""
+        if self.through is None:
+            a, b = self.start, self.end
+            if a[axis] == b[axis] or not min(a[axis], b[axis]) <= value <= max(a[axis], b[axis]):
+                return []
+            along = (value - a[axis]) / (b[axis] - a[axis])
+            across = [a[1 - axis] + along * (b[1 - axis] - a[1 - axis])]
+        else:
+            centre, _ = self._arc(self.through)
+            middle, radius = _xy(centre), abs(complex(*self.start) - centre)
+            square = radius**2 - (value - middle[axis]) ** 2
+            if square <= 0:
+                return []
+            across = [middle[1 - axis] + turn * math.sqrt(square) for turn in (-1, 1)]
+        found = [(value, other) if axis == 0 else (other, value) for other in across]
+        reach = 1e-9 * self.length
+        return [point for point in found if math.dist(self.nearest(point), point) <= reach]
+
+    @property
+    def length(self) -> float:
+        """Length along the side [mm]."""
+        if self.through is None:
+            return math.dist(self.start, self.end)
+        return self.radius * abs(self._arc(self.through)[1])
+
+    @property
+    def radius(self) -> float:
+        """Radius of an arc [mm]; infinite for a straight side."""
+        if self.through is None:
+            return math.inf
+        return math.dist(arc_centre(self.start, self.through, self.end), self.start)
 
     def _arc(self, through: XY) -> tuple[complex, float]:
         """Centre, and the angle from start to end, positive anticlockwise."""
