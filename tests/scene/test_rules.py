@@ -53,6 +53,15 @@ def test_sizes_accepted(mesh: str, tmp_path: Path) -> None:
     assert load_scene(path).mesh.element == "T6"
 
 
+def test_growth_needs_the_toughness_of_every_material(tmp_path: Path) -> None:
+    patch = "[{name: patch, circle: {centre: [80, 30], radius: 5}, material: {E: 1, nu: 0.3}}]"
+    text = plate(cracks=CRACK, regions=patch)
+    assert [problem.key for problem in refused(text + "growth: {}\n", tmp_path)] == [
+        "material.g_c",
+        "geometry.regions[0].material.g_c",
+    ]
+
+
 def mesh_scene(mesh_file: str, loads: str = "[{edge: top, traction: [0, 1]}]") -> str:
     return f"name: m\nmaterial: {{E: 1, nu: 0}}\nmesh_file: {{{mesh_file}}}\nloads: {loads}\n"
 
