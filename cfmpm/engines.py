@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,15 @@ class NotPositiveDefiniteError(SolveError):
 
 
 class Engine(Protocol):
-    """What a solver has to provide; it may rely on a checked matrix and right hand side."""
+    """What a solver has to provide; it may rely on a checked matrix and right hand side.
+
+    Attributes
+    ----------
+    direct : bool
+        Whether it eliminates, and so meets every pivot.
+    """
+
+    direct: ClassVar[bool]
 
     def __init__(self, K: csr_array, modes: Floats | None) -> None:
         """Analyse the pattern of `K`."""
@@ -53,8 +61,11 @@ class Engine(Protocol):
     def factor(self, K: csr_array) -> None:
         """Take the values of `K`; raise `NotPositiveDefiniteError` on a bad pivot."""
 
-    def solve(self, b: Floats) -> tuple[Floats, tuple[float, ...]]:
-        """Return the solution and, from an iterative solver, the history of its residual."""
+    def solve(self, b: Floats, tolerance: float = CG_TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
+        """Return the solution and, from an iterative solver, the history of its residual.
+
+        Only an iterative solver has a use for the tolerance on the residual relative to b.
+        """
 
 
 class Cholmod:
@@ -64,6 +75,8 @@ class Cholmod:
     and right of the diagonal, row by row, as they lie in the CSR arrays. Its wheel links the
     factorisation to a serial BLAS, so that the result does not depend on threads.
     """
+
+    direct: ClassVar[bool] = True
 
     def __init__(self, K: csr_array, modes: Floats | None) -> None:
         self._base = import_module("kvxopt.base")
@@ -91,7 +104,7 @@ class Cholmod:
         except ArithmeticError as failure:
             raise NotPositiveDefiniteError("Cholesky met a pivot that is not positive") from failure
 
-    def solve(self, b: Floats) -> tuple[Floats, tuple[float, ...]]:
+    def solve(self, b: Floats, tolerance: float = CG_TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         x = self._base.matrix(b)
         self._cholmod.solve(self._factor, x)
         return np.array(x).ravel(), ()
@@ -99,6 +112,8 @@ class Cholmod:
 
 class Rslab:
     """L D L^T of the Rust library rslab, on one thread; knows the inertia."""
+
+    direct: ClassVar[bool] = True
 
     def __init__(self, K: csr_array, modes: Floats | None) -> None:
         # Minimum fill costs a quarter of nested dissection and gains most of its speed.
@@ -116,7 +131,7 @@ class Rslab:
                 f"{negative} pivots are negative and {zero} are zero", negative_pivots=negative
             )
 
-    def solve(self, b: Floats) -> tuple[Floats, tuple[float, ...]]:
+    def solve(self, b: Floats, tolerance: float = CG_TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         return self._factor.solve(b), ()
 
 
@@ -126,6 +141,8 @@ class SuperLU:
     It keeps no analysis, so that a refactor is a factor. The signs of the pivots cost a copy of
     both triangles, which is most of the memory.
     """
+
+    direct: ClassVar[bool] = True
 
     def __init__(self, K: csr_array, modes: Floats | None) -> None:
         pass
@@ -157,7 +174,7 @@ class SuperLU:
                 negative_pivots=negative,
             )
 
-    def solve(self, b: Floats) -> tuple[Floats, tuple[float, ...]]:
+    def solve(self, b: Floats, tolerance: float = CG_TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         return self._factor.solve(b), ()
 
 
@@ -168,6 +185,8 @@ class Amg:
     other than PyAMG's defaults; hence the same bits on every run. A narrow band keeps the sweeps
     in cache, which halves their time on a mesh numbered at random.
     """
+
+    direct: ClassVar[bool] = False
 
     def __init__(self, K: csr_array, modes: Floats | None) -> None:
         if modes is None:
@@ -195,15 +214,17 @@ class Amg:
         except np.linalg.LinAlgError as failure:
             raise NotPositiveDefiniteError("it is not so on the coarsest level") from failure
 
-    def solve(self, b: Floats) -> tuple[Floats, tuple[float, ...]]:
+    def solve(self, b: Floats, tolerance: float = CG_TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         cycle = self._hierarchy.aspreconditioner(cycle="V")
         x = np.empty_like(b)
-        x[self._order], history = _conjugate_gradients(self._K, b[self._order], cycle.matvec)
+        x[self._order], history = _conjugate_gradients(
+            self._K, b[self._order], cycle.matvec, tolerance
+        )
         return x, history
 
 
 def _conjugate_gradients(
-    K: csr_array, b: Floats, precondition: Callable[[Floats], Floats]
+    K: csr_array, b: Floats, precondition: Callable[[Floats], Floats], tolerance: float
 ) -> tuple[Floats, tuple[float, ...]]:
     """Preconditioned conjugate gradients that look at the curvature of every direction."""
     x = np.zeros_like(b)
@@ -226,14 +247,14 @@ def _conjugate_gradients(
         r -= step * Kp
         history.append(norm(r) / norm(b))
         # No residual can fall below the round-off of K x.
-        if history[-1] <= max(CG_TOLERANCE, noise * norm(x) / norm(b)):
+        if history[-1] <= max(tolerance, noise * norm(x) / norm(b)):
             return x, tuple(history)
         z = precondition(r)
         rz, previous = dot(r, z), rz
         p = z + (rz / previous) * p
     raise SolveError(
         f"conjugate gradients reached a residual of {min(history):.1e} instead of "
-        f"{CG_TOLERANCE:.0e} in {CG_ITERATIONS} iterations, the last ones "
+        f"{tolerance:.0e} in {CG_ITERATIONS} iterations, the last ones "
         + ", ".join(f"{value:.1e}" for value in history[-3:])
         + "; take a direct solver (cholmod, rslab or superlu), which also tells a mechanism"
     )

@@ -42,7 +42,8 @@ class Equilibrium:
         What round-off explains of it; 0 where the residual is too small to ask.
     solver : str
     n_unknowns : int
-    negative_pivots : int
+    negative_pivots : float
+        nan where the solver counts none.
     iterations : int
         Of an iterative linear solver; 0 for a direct one.
     """
@@ -55,7 +56,7 @@ class Equilibrium:
     residual_floor: float
     solver: str
     n_unknowns: int
-    negative_pivots: int
+    negative_pivots: float
     iterations: int
 
 
@@ -77,7 +78,7 @@ def assemble_stiffness(
     Returns
     -------
     csr_array
-        Symmetric, both triangles [N/mm].
+        Symmetric, both triangles [N/mm^2: N/mm per mm of thickness].
     """
     free = loading.free
     indptr, indices = assembly.sparsity(grid.elements, free)

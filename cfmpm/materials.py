@@ -40,9 +40,9 @@ def lame_constants(scene: Scene, region_names: tuple[str, ...]) -> Floats:
     Returns
     -------
     (q, 2) float
-        lambda and mu [MPa]. In plane stress lambda is 2 lambda mu / (lambda + 2 mu), with which
-        the law of plane strain gives the stresses of plane stress (Timoshenko and Goodier, 1970,
-        section 16).
+        lambda and mu [MPa]. In plane stress sigma_zz = 0 makes the strain eps_zz equal to
+        -lambda (eps_xx + eps_yy) / (lambda + 2 mu); without it Hooke's law is that of plane
+        strain with 2 lambda mu / (lambda + 2 mu) for lambda, which is returned.
     """
     rows = []
     for material in region_materials(scene, region_names):

@@ -215,6 +215,11 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     motion = np.array(
         [(part.weights[:, None] * u[part.nodes]).sum(axis=0) for part in parts]
     ).reshape(-1, 2)
+    # A part at which nothing but round-off is left has no direction of force.
+    size = np.hypot(*reaction.T)
+    felt = size > 1e-9 * np.abs(balance.internal_force).max(initial=0.0)
+    along = np.full(len(size), np.nan)
+    along[felt] = (motion * reaction).sum(axis=1)[felt] / size[felt]
     return {
         "strain_energy": np.sum(source.energy * source.volume),
         "newton_iterations": 0,
@@ -231,6 +236,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "reaction_y": reaction[:, 1],
         "displacement_x": motion[:, 0],
         "displacement_y": motion[:, 1],
+        "displacement": along,
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
-import tempfile
+import secrets
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -59,8 +60,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
     "newton_iterations": (_STEP, "1", "Newton iterations; 0 for a linear solve"),
     "residual_norm": (_STEP, "1", "largest unbalanced force over the largest nodal force"),
-    "negative_pivots": (_STEP, "1", "negative pivots of the stiffness"),
-    "unstable_points": (_STEP, "1", "material points that lost ellipticity"),
+    "negative_pivots": (_STEP, "1", "negative pivots of the stiffness; nan by amg"),
+    "unstable_points": (_STEP, "1", "points that lost ellipticity; nan: linear, not looked at"),
     "n_points": (_STEP, "1", "material points"),
     "n_nodes": (_STEP, "1", "nodes of the background grid"),
     "contact_pairs": (_STEP, "1", "pairs of nodes at which crack faces press on each other"),
@@ -72,6 +73,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "reaction_y": (("step", "boundary"), "N mm-1", "force on the loaded part"),
     "displacement_x": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
     "displacement_y": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
+    "displacement": (
+        ("step", "boundary"),
+        "mm",
+        "mean displacement of the loaded part along the force on it (reaction_x, reaction_y); "
+        "nan without a force",
+    ),
     "wall_time": (("step", "phase"), "s", "wall time"),
 }
 # With which power of the load factor the quantities of a linear scene grow; the others not at all.
@@ -79,6 +86,7 @@ LOAD_POWER = {
     **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
     **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
     **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
+    "displacement": 1,
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),
     **dict.fromkeys(("J", "G", "J_radius", "G_radius", "strain_energy"), 2),
 }
@@ -130,7 +138,8 @@ def build_history(
     radii : sequence of float
         Nominal domain radii [mm].
     notes : mapping
-        Further attributes: text, numbers, or sequences of text.
+        Further attributes: text, numbers, or lists, which become JSON text: of a list netCDF keeps
+        neither that it is empty nor that it has one entry.
     stability : (step,) int8, optional
         Index into `STABILITY`; default undefined.
 
@@ -195,7 +204,11 @@ def build_history(
         "boundary": ("boundary", np.array(boundaries, object), {"long_name": "loaded part"}),
         "phase": ("phase", np.array(phases, object), {"long_name": "part of the run"}),
     }
-    return xr.Dataset(data, coords, {**_provenance(scene), **notes})
+    texts = {
+        name: json.dumps(note, ensure_ascii=False) if isinstance(note, list) else note
+        for name, note in notes.items()
+    }
+    return xr.Dataset(data, coords, {**_provenance(scene), **texts})
 
 
 def _flags(meanings: Sequence[str]) -> dict[str, Any]:
@@ -221,6 +234,8 @@ def _provenance(scene: Scene) -> dict[str, Any]:
         "keywords": "fracture mechanics, material point method, configurational force",
         "history": f"{stamp} cfmpm run",
         "date_created": stamp,
+        "comment": "lists are JSON text; no number depends on how many threads were available",
+        "threads": numba.get_num_threads(),
         "config": json.dumps(effective_config(scene), sort_keys=True),
         "config_hash": config_hash(scene),
         "versions": json.dumps(
@@ -245,22 +260,15 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    aside = Path(name)
+    aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
+        # Unlike tempfile's, with the permissions that any new file of this process gets.
+        os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         # Coordinates have no missing values; NaN marks them everywhere else.
         encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
         dataset.to_netcdf(aside, engine="netcdf4", encoding=encoding)
         with aside.open("rb+") as file:
             os.fsync(file.fileno())
-        aside.chmod(0o666 & ~_umask())
         aside.replace(path)
     finally:
         aside.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

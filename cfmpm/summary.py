@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -66,7 +67,7 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
             ", ".join(f"{phase} {s:.2f}" for phase, s in seconds.items())
             + f"; in all {sum(seconds.values()):.2f} s",
         ),
-        *_list("left out", history.attrs["left_out"]),
+        *_list("left out", json.loads(history.attrs["left_out"])),
         *_list("written", [str(path) for path in written]),
     ]
     return "\n\n".join([*blocks, _facts(facts)])
@@ -105,7 +106,8 @@ def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -
 
 def _warnings(history: xr.Dataset) -> list[str]:
     """What spoils the values, as the run itself says."""
-    return ["\n".join(textwrap.wrap(text, WIDTH)) for text in history.attrs["warnings"]]
+    texts = json.loads(history.attrs["warnings"])
+    return ["\n".join(textwrap.wrap(text, WIDTH)) for text in texts]
 
 
 def _heading(of: Body | Result) -> str:

@@ -42,6 +42,37 @@ def test_round_trip_through_netcdf(history, tmp_path):
     assert [p.name for p in path.parent.iterdir()] == ["history.nc"]
 
 
+@pytest.mark.parametrize("entries", [[], ["one"], ["one", "two µ"]], ids=len)
+def test_attributes_keep_their_kind_in_the_file(history, tmp_path, entries):
+    scene = scene_from_dict(json.loads(history.attrs["config"]))
+    notes = {"warnings": entries, "domain_clearance": [0.1], "solver": "amg", "iterations": 3}
+    made = results.build_history(scene, [], tips=[], radii=[], boundaries=[], notes=notes)
+    results.write_dataset(made, tmp_path / "history.nc")
+    with xr.open_dataset(tmp_path / "history.nc") as read:
+        assert {k: type(v)(read.attrs[k]) for k, v in made.attrs.items()} == made.attrs
+        assert {k for k, v in made.attrs.items() if isinstance(v, str)} == {
+            k for k, v in read.attrs.items() if isinstance(v, str)
+        }
+        assert json.loads(read.attrs["warnings"]) == entries
+        assert json.loads(read.attrs["domain_clearance"]) == [0.1]
+
+
+def test_a_run_states_its_threads_and_keeps_lists_as_text(history):
+    assert history.attrs["threads"] >= 1
+    for name in ("warnings", "left_out", "domain_clearance", "domain_cut_back"):
+        assert isinstance(json.loads(history.attrs[name]), list)
+    assert not any(isinstance(value, list) for value in history.attrs.values())
+
+
+def test_a_file_gets_the_permissions_of_any_other(history, tmp_path):
+    before = os.umask(0o027)
+    try:
+        results.write_dataset(history, tmp_path / "history.nc")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "history.nc").stat().st_mode & 0o777 == 0o640
+
+
 def test_the_effective_configuration_is_inside(history, tmp_path):
     path = tmp_path / "history.nc"
     results.write_dataset(history, path)

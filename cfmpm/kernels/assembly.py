@@ -114,7 +114,7 @@ def stiffness(elements, free, indptr, indices, point_element, gradients, volume,
     Returns
     -------
     (entries,) float
-        Values of the CSR matrix [N/mm].
+        Values of the CSR matrix [N/mm^2: N/mm per mm of thickness].
     """
     data = np.zeros(len(indices))
     k = elements.shape[1]
