@@ -89,7 +89,7 @@ def triangulate_file(scene: Scene) -> Triangulation:
     """
     scene = expand(scene)
     assert scene.mesh_file is not None
-    mesh = _read(scene.mesh_file.file)
+    mesh = _read(scene.mesh_file.path)
     problems = list(_faults(mesh))
     _raise_if_any(problems)
     cracks = _cracks(mesh, scene.mesh_file.cracks, problems)

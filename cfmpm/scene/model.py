@@ -6,6 +6,7 @@ Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is r
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -136,9 +137,17 @@ class Geometry(Model):
 class MeshFile(Model):
     """A gmsh mesh of three-node triangles in place of a geometry."""
 
-    file: str = Field(min_length=1, description="path of the .msh file, relative to the scene file")
+    file: str = Field(min_length=1, description="path of the .msh file")
+    folder: str = Field(
+        ".", description="where a relative path starts: itself relative to the scene file"
+    )
     cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
     regions: list[Region] = Field([], description="materials of physical surfaces")
+
+    @property
+    def path(self) -> str:
+        """Where the file is, once the scene has been read."""
+        return os.path.join(self.folder, self.file)
 
 
 class Specimen(Model):

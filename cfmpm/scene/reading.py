@@ -67,9 +67,17 @@ def effective_config(scene: Scene) -> dict[str, Any]:
 
 
 def config_hash(scene: Scene) -> str:
-    """SHA-256 of the effective config: equal scenes have equal hashes."""
-    config = json.dumps(effective_config(scene), sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(config.encode()).hexdigest()
+    """SHA-256 of the effective config: equal scenes have equal hashes.
+
+    A mesh file counts by what is in it, wherever it lies.
+    """
+    config = effective_config(scene)
+    if scene.mesh_file is not None:
+        del config["mesh_file"]["file"], config["mesh_file"]["folder"]
+        content = Path(scene.mesh_file.path).read_bytes()
+        config["mesh_file"]["sha256"] = hashlib.sha256(content).hexdigest()
+    text = json.dumps(config, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _checked(document: Document, folder: Path) -> Scene:
@@ -82,8 +90,8 @@ def _checked(document: Document, folder: Path) -> Scene:
     except ValidationError as error:
         raise document.error(refusals(error, data).items()) from None
     if scene.mesh_file is not None:
-        file = os.path.abspath(folder / scene.mesh_file.file)
-        mesh_file = scene.mesh_file.model_copy(update={"file": file})
+        start = os.path.abspath(folder / scene.mesh_file.folder)
+        mesh_file = scene.mesh_file.model_copy(update={"folder": start})
         scene = scene.model_copy(update={"mesh_file": mesh_file})
     found = [(parse_key(key), reason) for key, reason in broken_rules(scene)]
     if found:

@@ -54,8 +54,8 @@ def broken_rules(scene: Scene) -> list[Finding]:
 def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
     if not mesh_file.file.endswith(".msh"):
         yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
-    elif not os.path.isfile(mesh_file.file):
-        yield "mesh_file.file", f"no such file: {mesh_file.file}"
+    elif not os.path.isfile(mesh_file.path):
+        yield "mesh_file.file", f"no such file: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
     yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
     for i, region in enumerate(mesh_file.regions):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from scene_texts import LINE, assert_refused_once, plate, refused
 
-from cfmpm.scene import load_scene, scene_from_dict
+from cfmpm.scene import config_hash, effective_config, load_scene, scene_from_dict
 
 CRACK = "[{points: [[0, 30], [50, 30]]}]"
 SIZES = [
@@ -117,10 +117,31 @@ def test_mesh_file_is_relative_to_the_scene(tmp_path: Path, monkeypatch) -> None
     (tmp_path / "scene.yaml").write_text(mesh_scene("file: grids/a.msh"))
     scene = load_scene(tmp_path / "scene.yaml")
     assert scene.mesh_file is not None
-    assert scene.mesh_file.file == str(tmp_path / "grids" / "a.msh")
-    monkeypatch.chdir(tmp_path / "grids")
-    data = {"name": "m", "material": {"E": 1, "nu": 0}, "mesh_file": {"file": "a.msh"}}
+    assert scene.mesh_file.file == "grids/a.msh"
+    assert scene.mesh_file.path == str(tmp_path / "grids" / "a.msh")
+    monkeypatch.chdir(tmp_path)
+    data = {"name": "m", "material": {"E": 1, "nu": 0}, "mesh_file": {"file": "grids/a.msh"}}
     assert scene_from_dict(data | {"loads": scene.loads}).mesh_file == scene.mesh_file
+
+
+def test_a_stored_scene_finds_its_mesh_file_from_anywhere(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "a.msh").touch()
+    (tmp_path / "scene.yaml").write_text(mesh_scene("file: a.msh"))
+    monkeypatch.chdir(tmp_path)
+    scene = load_scene("scene.yaml")
+    monkeypatch.chdir("/")
+    assert scene_from_dict(effective_config(scene)) == scene
+
+
+def test_a_mesh_file_counts_by_its_content(tmp_path: Path) -> None:
+    hashes = []
+    for folder, name, content in [("a", "x", "1"), ("b", "y", "1"), ("b", "x", "2")]:
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / f"{name}.msh").write_text(content)
+        scene = tmp_path / folder / "scene.yaml"
+        scene.write_text(mesh_scene(f"file: {name}.msh"))
+        hashes.append(config_hash(load_scene(scene)))
+    assert hashes[0] == hashes[1] != hashes[2]
 
 
 def test_all_problems_at_once(tmp_path: Path) -> None:
