@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 import cfmpm
 from cfmpm.body import Body
 from cfmpm.errors import SceneError
-from cfmpm.fracture.release import triangle_quality
 from cfmpm.record import Record
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene import Scene, scene_from_dict
@@ -180,7 +179,7 @@ class Watch:
         mesh = body.triangulation
         assert (grid.areas > 0.0).all()
         self.quality = body.quality
-        assert body.quality <= triangle_quality(mesh.nodes, mesh.triangles).min() + 1.0
+        assert body.quality > 0.01, "flat triangles: does a tip creep?"
         self.area = self.area or grid.areas.sum()
         assert grid.areas.sum() == pytest.approx(self.area, rel=1e-12)
         assert body.points.volume.sum() == pytest.approx(self.area, rel=1e-12)

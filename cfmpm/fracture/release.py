@@ -15,11 +15,11 @@ from cfmpm.kernels import topology
 LENGTHS = (1.0, 0.85, 1.15, 0.7, 1.3, 0.55)
 # Quality of a triangle (1 equilateral, 0 flat) with which a search ends.
 GOOD = 0.25
-# A segment shorter than this part of the mean edge at the tip counts as worse in proportion: else
-# a crack that splits side after side would creep.
+# A segment inside the body shorter than this part of the mean edge at the tip counts as worse in
+# proportion: else two tips that split the side between the other one and a wall by turns creep.
 SHORT = 0.4
-# A crack that passes a node that may not move this near, as part of the side, may run into it.
-SNAP = 0.05
+# A segment that points elsewhere by more than this [deg] counts as worse in proportion.
+SNAP = 3.0
 # A crack turns by no more than this [deg]. Every criterion stays below it while a crack is open (45
 # of the configurational force, 70.5 of max_hoop, 77 of max_energy); what points further back is no
 # driving force, but the noise of a tip whose domain holds next to nothing.
@@ -87,14 +87,15 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
         its far node; its length is searched for the quality of the triangles around that node.
         Where no node may move (boundary, crack, border of a material, point load) or the triangles
         would be too flat, the side that the direction crosses is split there instead, or the
-        crack runs into a node that stands next to its way.
+        crack runs into a node that stands next to its way, whichever leaves the better triangles
+        and segment.
 
     Notes
     -----
     Laplacian smoothing around flat triangles was tried and left out. Of 2900 releases in random
-    bodies (tests/test_growth_random.py) 4 % leave a triangle of quality below 0.25, the flattest
-    0.04; nearly all stand where a side is split between nodes that may not move, which smoothing
-    may not move either: the median of those rose from 0.198 to 0.202.
+    bodies (tests/test_growth_random.py) 4 % left a triangle of quality below 0.25; nearly all
+    stand where a side is split between nodes that may not move, which smoothing may not move
+    either: their median rose from 0.198 to 0.202.
     """
     asked = direction / np.hypot(*direction)
     star = _Star(triangulation, crack, end)
@@ -105,8 +106,8 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
         options += star.realigned((first, second), heading)
     if not any(option.quality >= GOOD for option in options):
         options += star.split(first, second, place, heading)
-        options += star.met(first, second, place)
-    return star.release(max(options, key=star.worth), asked)
+        options += star.met((first, second))
+    return star.release(max(options, key=lambda option: star.worth(option, heading)), asked)
 
 
 def is_tip(triangulation: Triangulation, crack: str, end: int) -> bool:
@@ -165,11 +166,12 @@ class _Star:
         rim = triangulation.nodes[self.sides[:, 0]] - self.origin
         self.size = float(np.hypot(*rim.T).mean())
 
+        pairs = triangulation.cracks[crack]
+        self.behind = int(pairs[0, 1] if end == 0 else pairs[-1, 0])
+
     def limited(self, direction: Floats) -> Floats:
         """Turn a direction that points backwards to the largest kink there may be."""
-        pairs = self.mesh.cracks[self.crack]
-        behind = pairs[0, 1] if self.end == 0 else pairs[-1, 0]
-        tangent = complex(*(self.origin - self.mesh.nodes[behind]))
+        tangent = complex(*(self.origin - self.mesh.nodes[self.behind]))
         kink = np.degrees(np.angle(complex(*direction) / tangent))
         turn = np.exp(1j * np.radians(np.clip(kink, -LARGEST_KINK, LARGEST_KINK) - kink))
         turned = complex(*direction) * turn
@@ -248,34 +250,40 @@ class _Star:
             option = self._with_best_length(option, length, direction)
         yield option
 
-    def met(self, first: int, second: int, place: float) -> Iterator[_Option]:
-        """Run into a node that may not move and stands next to the way."""
-        node = first if place < 0.5 else second
-        if self.fixed[node] and min(place, 1.0 - place) <= SNAP:
-            yield _Option(self.mesh, np.empty(0, np.int64), node)
+    def met(self, ends: tuple[int, int]) -> Iterator[_Option]:
+        """Run into a node that may not move."""
+        for node in ends:
+            if self.fixed[node] and node != self.behind:
+                yield _Option(self.mesh, np.empty(0, np.int64), node)
 
-    def worth(self, option: _Option) -> float:
-        """Compare options: by quality as far as it matters, less for segments too short."""
-        length = float(np.hypot(*(option.mesh.nodes[option.node] - self.origin)))
-        return min(option.quality, GOOD) * min(1.0, length / (SHORT * self.size))
+    def worth(self, option: _Option, direction: Floats) -> float:
+        """Compare options: by quality as far as it matters, length and direction."""
+        worth = min(option.quality, GOOD)
+        segment = option.mesh.nodes[option.node] - self.origin
+        worth *= min(1.0, SNAP / max(SNAP, _angle(segment, direction)))
+        extended = self._extended(option)
+        if is_tip(extended, self.crack, self.end):
+            worth *= min(1.0, float(np.hypot(*segment)) / (SHORT * self.size))
+        return worth
 
     def release(self, option: _Option, asked: Floats) -> Release:
         """Add the segment from the tip to the node of an option to the crack."""
-        mesh, node = option.mesh, option.node
-        pairs = mesh.cracks[self.crack]
-        if self.end == 0:
-            longer = np.vstack([[(node, self.tip)], pairs])
-        else:
-            longer = np.vstack([pairs, [(self.tip, node)]])
-        segment = complex(*(mesh.nodes[node] - self.origin))
         return Release(
-            triangulation=replace(mesh, cracks={**mesh.cracks, self.crack: longer}),
+            triangulation=self._extended(option),
             changed=option.changed,
             start=self.tip,
-            end=node,
-            deviation=float(np.degrees(abs(np.angle(segment / complex(*asked))))),
+            end=option.node,
+            deviation=_angle(option.mesh.nodes[option.node] - self.origin, asked),
             quality=option.quality,
         )
+
+    def _extended(self, option: _Option) -> Triangulation:
+        pairs = option.mesh.cracks[self.crack]
+        if self.end == 0:
+            longer = np.vstack([[(option.node, self.tip)], pairs])
+        else:
+            longer = np.vstack([pairs, [(self.tip, option.node)]])
+        return replace(option.mesh, cracks={**option.mesh.cracks, self.crack: longer})
 
     def _with_best_length(self, option: _Option, length: float, direction: Floats) -> _Option:
         """Put the node of an option onto the direction, at the best of some distances."""
@@ -284,12 +292,17 @@ class _Star:
             nodes = option.mesh.nodes.copy()
             nodes[option.node] = self.origin + factor * length * direction
             moved = replace(option, mesh=replace(option.mesh, nodes=nodes))
-            if best is None or self.worth(moved) > self.worth(best):
+            if best is None or self.worth(moved, direction) > self.worth(best, direction):
                 best = moved
-            if self.worth(best) >= GOOD:
+            if self.worth(best, direction) >= GOOD:
                 break
         assert best is not None
         return best
+
+
+def _angle(vector: Floats, direction: Floats) -> float:
+    """Angle between two vectors [deg], 0 to 180."""
+    return float(np.degrees(abs(np.angle(complex(*vector) / complex(*direction)))))
 
 
 def _end_node(mesh: Triangulation, crack: str, end: int) -> int:

@@ -205,13 +205,13 @@ def test_a_side_between_fixed_nodes_is_split():
     assert after.quality == triangle_quality(new.nodes, new.triangles[after.changed]).min()
 
 
-@pytest.mark.parametrize("offset", [0.3 * SNAP, 3.0 * SNAP])
-def test_a_crack_ends_at_a_node_of_the_edge_only_where_it_is_near(offset):
+@pytest.mark.parametrize("angle", [0.3 * SNAP, 6.0 * SNAP])
+def test_a_crack_ends_at_a_node_of_the_edge_only_where_it_is_near(angle):
     mesh = cracked(shake=0.0, crack=(4, 2, 7))
     halve_cell(mesh, 67, 76, 77, 68)
-    after = advance(mesh, "crack_1", -1, np.array([1.0, offset]))
-    assert (after.end < len(mesh.nodes)) == (offset < SNAP)
-    assert (after.deviation < EXACT) == (offset > SNAP)
+    after = advance(mesh, "crack_1", -1, to(angle))
+    assert (after.end < len(mesh.nodes)) == (angle < SNAP)
+    assert (after.deviation < EXACT) == (angle > SNAP)
     assert not is_tip(after.triangulation, "crack_1", -1)
 
 
