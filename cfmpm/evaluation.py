@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import cf, criteria
 from cfmpm.fracture.interaction import intensity_factors
 from cfmpm.fracture.opening import smallest_openings
-from cfmpm.grid import Floats, region_of
+from cfmpm.grid import CrackTip, Floats, Grid, region_of
+from cfmpm.points import MaterialPoints
 
 
 def evaluate_tips(
@@ -45,29 +47,30 @@ def evaluate_tips(
         By the names of `results.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
         are those of the largest radius.
     """
-    grid, points, body_force = body.grid, body.integration, body.loading.body_force
+    grid, body_force = body.grid, body.loading.body_force
     openings = smallest_openings(grid, balance.displacement)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         region = region_of(grid, tip)
+        near = _Neighbourhood.of(body, gradients, balance, nodal, tip, max(domain.radii))
         rings: list[dict[str, float]] = []
         for radius in domain.radii:
-            q = cf.ring_weight(grid, tip, radius)
-            force = cf.domain_force(grid, nodal, tip, radius)
+            q = cf.ring_weight(near.grid, near.tip, radius)
+            force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
             k = intensity_factors(
-                grid,
-                points,
-                gradients,
+                near.grid,
+                near.points,
+                near.gradients,
                 lame[region],
-                tip,
+                near.tip,
                 q,
                 body_force,
-                balance.contact_force,
+                near.contact_force,
             )
             rings.append(
                 {
                     "domain_radius": radius,
-                    "J_radius": cf.j_integral(nodal, q, tip),
+                    "J_radius": cf.j_integral(near.nodal, q, tip),
                     "G_radius": k.G,
                     "K_I_radius": k.K_I,
                     "K_II_radius": k.K_II,
@@ -77,7 +80,7 @@ def evaluate_tips(
                 }
             )
         largest = int(np.argmax(domain.radii))
-        force = cf.domain_force(grid, nodal, tip, domain.radii[largest])
+        force = cf.domain_force(near.grid, near.nodal, near.tip, domain.radii[largest])
         row: dict[str, Any] = {name: [ring[name] for ring in rings] for name in rings[0]}
         row |= {
             name.removesuffix("_radius"): value
@@ -98,3 +101,50 @@ def evaluate_tips(
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+
+
+@dataclass(frozen=True)
+class _Neighbourhood:
+    """What lies around one tip, cut out once: rings cost what they hold, not the whole body."""
+
+    grid: Grid
+    points: MaterialPoints
+    gradients: Floats
+    nodal: Floats
+    contact_force: Floats | None
+    tip: CrackTip
+
+    @classmethod
+    def of(
+        cls,
+        body: Body,
+        gradients: Floats,
+        balance: Equilibrium,
+        nodal: Floats,
+        tip: CrackTip,
+        radius: float,
+    ) -> _Neighbourhood:
+        """Cut out the triangles with a node within a radius [mm]."""
+        grid, points = body.grid, body.integration
+        if balance.contact_pairs:
+            # Contact is summed over crack faces, which are numbered with the whole grid.
+            return cls(grid, points, gradients, nodal, balance.contact_force, tip)
+        inside = np.hypot(*(grid.nodes - grid.nodes[tip.node]).T) <= radius
+        is_near = inside[grid.elements].any(axis=1)
+        nodes, local = np.unique(grid.elements[is_near], return_inverse=True)
+        number = np.cumsum(is_near) - 1
+        rows = np.flatnonzero(is_near[points.element])
+        cut = {field.name: getattr(points, field.name)[rows] for field in fields(points)}
+        cut["element"] = number[cut["element"]]
+        return cls(
+            grid=replace(
+                grid,
+                nodes=grid.nodes[nodes],
+                elements=local.reshape(-1, grid.elements.shape[1]),
+            ),
+            points=MaterialPoints(**cut),
+            gradients=gradients[rows],
+            nodal=nodal[nodes],
+            contact_force=None,
+            tip=replace(tip, node=int(np.searchsorted(nodes, tip.node))),
+        )
