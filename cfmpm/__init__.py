@@ -10,15 +10,30 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cfmpm.scene import Scene, load_scene
+    from cfmpm.errors import MeshError, SceneError, SolveError
+    from cfmpm.scene import Scene, load_scene, scene_from_dict
     from cfmpm.simulation import Result, run
 
 __version__ = "0.1.0"
-__all__ = ["Result", "Scene", "__version__", "load_scene", "run"]
+__all__ = [
+    "MeshError",
+    "Result",
+    "Scene",
+    "SceneError",
+    "SolveError",
+    "__version__",
+    "load_scene",
+    "run",
+    "scene_from_dict",
+]
 
 _HOME = {
     "Scene": "cfmpm.scene",
     "load_scene": "cfmpm.scene",
+    "scene_from_dict": "cfmpm.scene",
+    "MeshError": "cfmpm.errors",
+    "SceneError": "cfmpm.errors",
+    "SolveError": "cfmpm.errors",
     "Result": "cfmpm.simulation",
     "run": "cfmpm.simulation",
 }

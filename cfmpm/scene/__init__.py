@@ -4,7 +4,13 @@ from cfmpm.scene.document import parse_override
 from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import body_polygon, snap, tip_points
 from cfmpm.scene.model import Scene
-from cfmpm.scene.reading import config_hash, effective_config, load_scene, scene_from_dict
+from cfmpm.scene.reading import (
+    config_hash,
+    effective_config,
+    load_scene,
+    placed,
+    scene_from_dict,
+)
 
 __all__ = [
     "Scene",
@@ -14,6 +20,7 @@ __all__ = [
     "expand",
     "load_scene",
     "parse_override",
+    "placed",
     "scene_from_dict",
     "snap",
     "tip_points",

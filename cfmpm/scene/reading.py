@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from cfmpm.scene.document import Document, Place, parse_key, read_document
+from cfmpm.scene.families import key_as_written
 from cfmpm.scene.model import Scene
 from cfmpm.scene.rules import broken_rules
 from cfmpm.scene.wording import refusals, shown
@@ -59,6 +60,28 @@ def scene_from_dict(
         With every problem found, each with its key.
     """
     return _checked(Document(data, Place(source)).overridden(overrides or {}), Path())
+
+
+def placed(
+    error: SceneError,
+    scene: Scene,
+    path: str | os.PathLike[str],
+    overrides: Mapping[str, Any] | None = None,
+) -> SceneError:
+    """Give problems that turned up after reading, on the grid, their place in the scene file.
+
+    Parameters
+    ----------
+    error
+        Whose problems have keys of the expanded scene.
+    scene
+        As `load_scene` returned it for `path` and `overrides`.
+    """
+    document = read_document(Path(path)).overridden(overrides or {})
+    return document.error(
+        (parse_key(key_as_written(scene, problem.key)), problem.reason)
+        for problem in error.problems
+    )
 
 
 def effective_config(scene: Scene) -> dict[str, Any]:
