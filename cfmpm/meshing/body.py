@@ -9,6 +9,7 @@ from itertools import pairwise, product
 from typing import Self
 
 import numpy as np
+import shapely
 from shapely import contains_xy
 
 from cfmpm.errors import MeshError
@@ -17,7 +18,7 @@ from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_area
 from cfmpm.meshing.session import gmsh_session
 from cfmpm.meshing.sizes import GROWTH, grading_in, size_in
 from cfmpm.scene.geometry import ON, Body, polygon_of, shape_of, snap
-from cfmpm.scene.model import Crack, Geometry, Scene
+from cfmpm.scene.model import Crack, Geometry, Grading, Scene
 from cfmpm.scene.shapes import XY, Side, sides_of
 
 # In the unit frame; OpenCASCADE takes points nearer than 1e-7 for one.
@@ -70,7 +71,11 @@ def triangulate_body(scene: Scene) -> Triangulation:
             gmsh,
             _drawing(scene, body, frame, cuts),
             size / frame.scale,
-            [*_tip_seeds(scene, body, frame), *_arc_seeds(body.geometry, size, frame)],
+            [
+                *_tip_seeds(scene, body, frame),
+                *_hole_seeds(scene, body, frame),
+                *_arc_seeds(body.geometry, size, frame),
+            ],
         )
     return _named(scene, body, frame, raw, cuts)
 
@@ -120,6 +125,17 @@ def _tip_seeds(scene: Scene, body: Body, frame: Frame) -> list[Seeds]:
     if grading is None or not tips:
         return []
     return [Seeds(np.array(tips), grading.tip_size / frame.scale, grading.growth)]
+
+
+def _hole_seeds(scene: Scene, body: Body, frame: Frame) -> list[Seeds]:
+    """Places along the holes, as dense as the elements there."""
+    size, grading = scene.mesh.hole_size, scene.mesh.grading
+    if size is None or not body.holes:
+        return []
+    along = shapely.segmentize([hole.exterior for hole in body.holes.values()], size)
+    points = [frame.point((x, y)) for x, y in shapely.get_coordinates(along)]
+    growth = grading.growth if isinstance(grading, Grading) else GROWTH
+    return [Seeds(np.array(points), size / frame.scale, growth)]
 
 
 def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:

@@ -346,12 +346,19 @@ class Mesh(Model):
         | Annotated[Literal["auto", "uniform"], BeforeValidator(_word), Tag("(word)")],
         Discriminator(_numbers_or_word),
     ] = Field("auto", description="towards crack tips: auto, uniform, or two numbers")
+    hole_size: Length | None = Field(
+        None,
+        description="element size at holes [mm]: a third of the ligament through which a crack is "
+        "to pass; it grows away from them as from the tips",
+    )
 
     @model_validator(mode="after")
-    def _finer_at_the_tip(self) -> Self:
+    def _finer_at_tips_and_holes(self) -> Self:
         size = self.size or LARGEST_LENGTH
         if isinstance(self.grading, Grading) and self.grading.tip_size > size:
             raise _refusal("grading.tip_size", f"must be at most mesh.size, {size:g}")
+        if self.hole_size is not None and self.hole_size > size:
+            raise _refusal("hole_size", f"must be at most mesh.size, {size:g}")
         return self
 
 

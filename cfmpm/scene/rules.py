@@ -112,6 +112,8 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
     width = min(x_max - x_min, y_max - y_min)
     mesh = scene.mesh
     sizes = {} if mesh.size is None else {"mesh.size": mesh.size}
+    if mesh.hole_size is not None:
+        sizes["mesh.hole_size"] = mesh.hole_size
     if isinstance(mesh.grading, Grading):
         sizes["mesh.grading.tip_size"] = mesh.grading.tip_size
     for key, size in sizes.items():
@@ -119,7 +121,8 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
             yield key, f"{size:g} is larger than the body, which is {width:g} wide"
     triangles = _triangles(scene, body)
     if triangles > MOST_TRIANGLES:
-        key = "mesh.grading" if mesh.size is None else "mesh.size"
+        asked = {"mesh.hole_size": mesh.hole_size, "mesh.size": mesh.size, "mesh.grading": 0.0}
+        key = next(key for key, size in asked.items() if size is not None)
         yield key, f"would make about {triangles:.0e} triangles; the limit is {MOST_TRIANGLES:.0e}"
     if isinstance(scene.fracture.radii, list):
         for i, radius in enumerate(scene.fracture.radii):
@@ -128,9 +131,14 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
 
 
 def _triangles(scene: Scene, body: Body) -> float:
-    """A rough count: equilateral triangles of the given size, and those that grade to the tips."""
-    size, grading = scene.mesh.size, scene.mesh.grading
+    """A rough count: equilateral triangles of the given size, and those towards tips and holes."""
+    size, grading, hole_size = scene.mesh.size, scene.mesh.grading, scene.mesh.hole_size
     coarse = 0.0 if size is None else _over(body.polygon.area, size)
+    if hole_size is not None:
+        # The integral of length / (area of a triangle of size hole_size + growth r) dr.
+        growth = grading.growth if isinstance(grading, Grading) else 0.3
+        around = sum(hole.length for hole in body.holes.values())
+        coarse += min(around / (0.433 * growth * hole_size), _over(body.polygon.area, hole_size))
     if not isinstance(grading, Grading):
         return coarse
     tips = len(body.tips)

@@ -217,6 +217,30 @@ def test_grading_is_obeyed_at_every_distance(tip_size):
     assert lengths(t, t.cracks["crack_1"])[-1] == pytest.approx(1.15 * tip_size, rel=0.35)
 
 
+@pytest.mark.parametrize("grading", ["uniform", {"tip_size": 0.1, "growth": 0.15}])
+def test_small_elements_at_holes(grading):
+    """A ligament of three hole sizes gets three elements, and the grid coarsens away from it."""
+    window = {"polygon": [(1, 1), (2, 1), (2, 2), (1, 2)]}
+    scene = body(
+        holes=[hole(6, 5, 1), window],
+        cracks=[crack((0, 8), (1, 8))],
+        mesh={"size": 1.0, "grading": grading, "hole_size": 0.1},
+    )
+    t = triangulate(scene)
+    assert_sound(t, scene)
+    for name in ("hole_1", "hole_2"):
+        here = lengths(t, t.edges[name])
+        assert 0.08 < here.mean() < 0.11
+        assert here.max() < 0.13
+    growth = 0.3 if grading == "uniform" else 0.15
+    centre = t.nodes[t.triangles].mean(axis=1)
+    away = np.hypot(*(centre - (6, 5)).T) - 1.0
+    size = np.sqrt(areas(t) / 0.433)
+    near = (away < 0.8) & (centre[:, 0] > 5)
+    assert (size[near] < 1.5 * (0.1 + growth * away[near])).all()
+    assert np.median(size[near] / (0.1 + growth * away[near])) == pytest.approx(1.0, abs=0.15)
+
+
 def test_default_sizes():
     scene = plate()
     assert mesh_size(scene) == pytest.approx(np.sqrt(500e3) / 20)

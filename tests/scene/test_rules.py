@@ -17,6 +17,8 @@ SIZES = [
     ("mesh", "{grading: {tip_size: 1.0e+5}}", "mesh.grading.tip_size", "larger than the body"),
     ("mesh", "{size: 5, grading: {tip_size: 6}}", "mesh.grading.tip_size", "at most mesh.size, 5"),
     ("mesh", "{size: 5, grading: {tip_size: 5.1}}", "mesh.grading.tip_size", "at most mesh.size"),
+    ("mesh", "{size: 5, hole_size: 6}", "mesh.hole_size", "at most mesh.size, 5"),
+    ("mesh", "{hole_size: 61}", "mesh.hole_size", "larger than the body"),
     ("mesh", "{size: 0.01}", "mesh.size", "about 1e+08 triangles; the limit is 2e+07"),
     ("mesh", "{size: 1.0e-300}", "mesh.size", "about inf triangles"),
     (
@@ -42,6 +44,11 @@ SIZES = [
 def test_sizes_refused(part: str, text: str, key: str, fragment: str, tmp_path: Path) -> None:
     scene = plate(cracks=CRACK, **{part: text})
     assert_refused_once(scene, tmp_path, key, LINE[part], fragment)
+
+
+def test_too_many_triangles_at_holes(tmp_path: Path) -> None:
+    text = plate(holes="[{circle: {centre: [80, 30], radius: 5}}]", mesh="{hole_size: 1.0e-9}")
+    assert_refused_once(text, tmp_path, "mesh.hole_size", LINE["mesh"], "the limit is 2e+07")
 
 
 @pytest.mark.parametrize(
