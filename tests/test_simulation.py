@@ -126,7 +126,9 @@ def test_a_body_without_a_crack_runs_too():
         )
     )
     assert result.history.sizes["tip"] == 0
-    np.testing.assert_allclose(result.points.stress, [[0, 2, 0]] * len(result.points), atol=1e-12)
+    np.testing.assert_allclose(
+        result.points.stress, [[0, 2, 0]] * len(result.points), rtol=0, atol=2e-14
+    )
     top = result.history.sel(boundary="edge_3")
     assert float(top.displacement_y[0]) == pytest.approx(0.2)
     assert result.history.displacement.values == pytest.approx(np.array([[0.0, 0.2]]), abs=1e-12)
@@ -145,7 +147,7 @@ def test_closing_faces_are_kept_apart():
     )
     history = cfmpm.run(squeezed).history
     assert int(history.contact_pairs[0]) > 0
-    assert abs(float(history.min_opening[0, 0])) < 1e-12
+    assert abs(float(history.min_opening[0, 0])) < 1e-15
     # Without contact it would be -sigma sqrt(pi a) and more, -61 MPa sqrt(mm).
     assert abs(float(history.K_I[0, 0])) < 1e-3
     assert int(cfmpm.run(plate()).history.contact_pairs[0]) == 0
@@ -177,8 +179,8 @@ def test_two_materials_share_the_load_by_stiffness():
         )
     )
     above = result.points.position[:, 1] > 2
-    np.testing.assert_allclose(result.points.stress[above, 0], 3.0, rtol=1e-11)
-    np.testing.assert_allclose(result.points.stress[~above, 0], 1.0, rtol=1e-11)
+    np.testing.assert_allclose(result.points.stress[above, 0], 3.0, rtol=1e-13)
+    np.testing.assert_allclose(result.points.stress[~above, 0], 1.0, rtol=1e-13)
 
 
 @pytest.mark.slow
@@ -226,7 +228,7 @@ def test_import_is_light():
 
 def test_a_contrast_of_stiffness_is_solved_to_its_round_off():
     """A hard inclusion: harder still changes nothing, and the floor of the residual is stated."""
-    found = []
+    found, floor = [], []
     for factor in (1e5, 1e7):
         history = cfmpm.run(
             plate(
@@ -249,6 +251,7 @@ def test_a_contrast_of_stiffness_is_solved_to_its_round_off():
             )
         ).history
         found.append(float(history.J[0, 0]))
-        floor = [text for text in json.loads(history.attrs["warnings"]) if "round-off" in text]
-        assert bool(floor) == (float(history.residual_norm[0]) > 1e-8)
-    assert found[0] == pytest.approx(found[1], rel=1e-4)
+        floor.append("round-off" in history.attrs["warnings"])
+    assert found[0] == pytest.approx(found[1], rel=3e-6)
+    # 1.4e-9 and 1.3e-7 of the largest nodal force are left.
+    assert floor == [False, True]

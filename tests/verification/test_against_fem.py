@@ -79,5 +79,5 @@ def test_same_grid_same_answer(element, loads):
     loading = apply_loads(result.scene, grid, seed(grid))
     u, energy = independent_solution(grid, loading.prescribed, loading.displacement, loading.force)
     scale = np.abs(u).max()
-    np.testing.assert_allclose(result.displacement, u, atol=1e-10 * scale)
-    assert float(result.history.strain_energy[0]) == pytest.approx(energy, rel=1e-10)
+    np.testing.assert_allclose(result.displacement, u, rtol=0, atol=1e-12 * scale)
+    assert float(result.history.strain_energy[0]) == pytest.approx(energy, rel=1e-12)

@@ -49,7 +49,7 @@ class Solved:
             both = self.balance.contact_force[[pairs.left, pairs.right]]
             np.testing.assert_array_equal(both[0], -both[1])
             np.testing.assert_allclose(
-                both[0], force[-1][:, None] * pairs.normal, atol=1e-14 * np.abs(both).max()
+                both[0], force[-1][:, None] * pairs.normal, rtol=0, atol=2e-15 * np.abs(both).max()
             )
         return np.concatenate(gap), np.concatenate(force)
 
@@ -142,7 +142,7 @@ def test_inclined_crack_under_compression(element, beta):
             assert pytest.approx(exact**2 / MODULUS, rel=0.01) == k.G
             # The T-stress that the uniform stress leaves along a closed crack.
             squeeze = -10 * np.cos(np.radians(2 * beta))
-            assert k.T_stress == pytest.approx(squeeze, abs=0.1)
+            assert k.T_stress == pytest.approx(squeeze, abs=0.035)
 
 
 def test_pressure_belongs_in_the_interaction_integral():
@@ -191,7 +191,7 @@ def edge_crack(traction, element="T6", crack=((0, 27), (30, 27)), side=0.0):
 def test_uniform_pressure_passes_through_closed_faces(element):
     solved = solve(edge_crack([0, -10.0], element))
     stress = solved.body.integration.stress
-    np.testing.assert_allclose(stress, np.tile([0, -10.0, 0], (len(stress), 1)), atol=1e-9)
+    np.testing.assert_allclose(stress, np.tile([0, -10.0, 0], (len(stress), 1)), rtol=0, atol=2e-11)
     assert_complementary(solved)
     tip = solved.body.grid.tips[0]
     k, j = solved.intensity(tip, 10.0)
@@ -207,7 +207,8 @@ def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
     crack = [(0, 20), (17, 27), (30, 22), (38, 31)]
     solved = solve(edge_crack([0, -10.0], element, crack, side=-10.0))
     stress = solved.body.integration.stress
-    np.testing.assert_allclose(stress, np.tile([-10.0, -10.0, 0], (len(stress), 1)), atol=1e-9)
+    expected = np.tile([-10.0, -10.0, 0], (len(stress), 1))
+    np.testing.assert_allclose(stress, expected, rtol=0, atol=4e-11)
     assert_complementary(solved)
 
 
@@ -230,10 +231,13 @@ def test_pressure_passes_through_joined_cracks(element, last):
     stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
     balance = equilibrium.solve_linear(stiffness, grid, points, gradients, lame, loading, "superlu")
     assert balance.contact_pairs >= 8
-    np.testing.assert_allclose(balance.displacement, -0.1 * grid.nodes, atol=1e-12)
+    np.testing.assert_allclose(balance.displacement, -0.1 * grid.nodes, rtol=0, atol=1e-15)
     pressure = -0.2 * (1.3 + 0.9)
     np.testing.assert_allclose(
-        points.stress, np.tile([pressure, pressure, 0], (len(points), 1)), atol=1e-12
+        points.stress,
+        np.tile([pressure, pressure, 0], (len(points), 1)),
+        rtol=0,
+        atol=1e-14,
     )
 
 

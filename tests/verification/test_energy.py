@@ -73,30 +73,30 @@ def test_release_rate_is_the_loss_of_potential_energy(kind):
         energies.append(stored if kind == "grip" else -stored)
     history = plate(40, LOADS[kind]).history.isel(step=0, tip=0)
     released = -(energies[1] - energies[0]) / (2 * step)
-    assert float(history.J) == pytest.approx(released, rel=3e-3)
-    assert float(history.G) == pytest.approx(released, rel=3e-3)
-    np.testing.assert_allclose(history.J_radius, history.J, rtol=2e-3)
+    assert float(history.J) == pytest.approx(released, rel=2e-3)
+    assert float(history.G) == pytest.approx(released, rel=2e-3)
+    np.testing.assert_allclose(history.J_radius, history.J, rtol=2e-5)
 
 
 @pytest.mark.parametrize("kind", LOADS)
 def test_work_of_the_loads_is_the_strain_energy(kind):
     history = plate(40, LOADS[kind]).history.isel(step=0)
-    assert float(history.external_work) == pytest.approx(float(history.strain_energy), rel=1e-11)
+    assert float(history.external_work) == pytest.approx(float(history.strain_energy), rel=5e-13)
 
 
 @pytest.mark.parametrize("kind", ["traction", "grip", "point force"])
 def test_forces_on_the_loaded_parts_balance(kind):
     history = plate(40, LOADS[kind]).history.isel(step=0)
     scale = float(np.abs(history.reaction_y).max())
-    assert abs(float(history.reaction_x.sum())) < 1e-11 * scale
-    assert abs(float(history.reaction_y.sum())) < 1e-11 * scale
+    assert abs(float(history.reaction_x.sum())) < 2e-12 * scale
+    assert abs(float(history.reaction_y.sum())) < 2e-12 * scale
 
 
 def test_body_force_ends_in_the_support():
     history = plate(40, LOADS["body force"]).history.isel(step=0)
     total = np.array([0.004, 0.03]) * 100 * 120
-    assert float(history.reaction_x.sel(boundary="bottom")) == pytest.approx(-total[0], rel=1e-11)
-    assert float(history.reaction_y.sel(boundary="bottom")) == pytest.approx(-total[1], rel=1e-11)
+    assert float(history.reaction_x.sel(boundary="bottom")) == pytest.approx(-total[0], rel=5e-13)
+    assert float(history.reaction_y.sel(boundary="bottom")) == pytest.approx(-total[1], rel=5e-13)
 
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
@@ -114,7 +114,7 @@ def test_disc_sum_is_the_domain_integral_of_its_plateau(element):
     eshelby = eshelby - np.einsum("pki,pkj->pij", h, stress)
     integral = -np.einsum("pij,pj,p->i", eshelby, grad_q, points.volume)
     disc = cf.domain_force(grid, result.configurational_force, tip, 25.0)
-    np.testing.assert_allclose(disc, integral, rtol=0, atol=1e-12 * np.abs(integral).max())
+    np.testing.assert_allclose(disc, integral, rtol=0, atol=1e-14 * np.abs(integral).max())
 
 
 def test_a_free_body_is_held_without_being_touched():
@@ -171,8 +171,9 @@ def test_symmetric_pull_is_pure_opening_and_mirror_images_are_equal():
         }
     )
     mirrored = cfmpm.run(body).history.isel(step=0, tip=0)
-    assert float(mirrored.K_I) == pytest.approx(float(up.K_I), rel=1e-3)
-    assert float(mirrored.K_II) == pytest.approx(-float(up.K_II), rel=5e-3)
+    # gmsh 4.15 makes mirrored grids; other grids of these sizes differ by 3e-5.
+    assert float(mirrored.K_I) == pytest.approx(float(up.K_I), rel=1e-4)
+    assert float(mirrored.K_II) == pytest.approx(-float(up.K_II), rel=1e-4)
     middle = cfmpm.run(
         scene_from_dict(
             {
@@ -184,4 +185,4 @@ def test_symmetric_pull_is_pure_opening_and_mirror_images_are_equal():
             }
         )
     ).history.isel(step=0, tip=0)
-    assert abs(float(middle.K_II)) < 1e-4 * float(middle.K_I)
+    assert abs(float(middle.K_II)) < 1e-5 * float(middle.K_I)

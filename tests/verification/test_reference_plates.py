@@ -40,7 +40,7 @@ def test_single_edge_graded_t6_with_few_unknowns():
     assert history.n_unknowns <= 6000
     assert float(history.J) == pytest.approx(SINGLE_EDGE_G, rel=1e-3)
     assert float(history.G) == pytest.approx(SINGLE_EDGE_G, rel=1e-3)
-    assert float(history.J_spread) < 2e-4 * SINGLE_EDGE_G
+    assert float(history.J_spread) < 5e-5 * SINGLE_EDGE_G
     assert abs(float(history.kink_angle)) < 0.01
     assert abs(float(history.cf_angle)) < 0.01
     assert float(history.critical_load_factor) == pytest.approx(SINGLE_EDGE_G**-0.5, rel=5e-4)
@@ -67,8 +67,8 @@ def test_lighter_and_heavier_loads_scale():
     stiff = single_edge(
         "T6", 80, {"tip_size": 1.0, "growth": 0.4}, material={"E": 2.1e-3, "nu": 0.3}
     )
-    assert float(stiff.J) == pytest.approx(float(one.J) * 1e8, rel=1e-9)
-    assert float(stiff.K_I) == pytest.approx(float(one.K_I), rel=1e-9)
+    assert float(stiff.J) == pytest.approx(float(one.J) * 1e8, rel=1e-12)
+    assert float(stiff.K_I) == pytest.approx(float(one.K_I), rel=1e-12)
 
 
 def test_shear_plate():
@@ -87,9 +87,38 @@ def test_shear_plate():
             },
         )
     ).history.isel(step=0, tip=0)
-    assert float(history.K_I) == pytest.approx(107.65, rel=2e-3)
-    assert float(history.K_II) == pytest.approx(14.347, rel=2e-3)
-    assert float(history.kink_angle) == pytest.approx(-14.69, abs=0.1)
+    assert float(history.K_I) == pytest.approx(107.65, rel=6e-4)
+    assert float(history.K_II) == pytest.approx(14.347, rel=3e-4)
+    assert float(history.kink_angle) == pytest.approx(-14.69, abs=0.015)
+
+
+@pytest.mark.parametrize("ratio", [0.45, 0.5, 0.6, 0.7])
+def test_compact_tension_of_astm_e399(ratio):
+    """K_I = P / (B sqrt W) f(a/W); the pull is spread around the pin holes, not on a pin.
+
+    Within 0.35 % for these lengths; for shorter cracks, nearer to the holes, the way the pull is
+    applied shows (4 % at a/W = 0.3).
+    """
+    width, force = 50.0, 100.0
+    history = cfmpm.run(
+        scene_from_dict(
+            {
+                "name": "compact",
+                "family": {
+                    "kind": "compact_tension",
+                    "width": width,
+                    "crack_length": ratio * width,
+                    "force": force,
+                },
+                "material": {"E": 210e3, "nu": 0.3},
+                "mesh": {"size": 2.5, "grading": {"tip_size": 0.01, "growth": 0.2}},
+            }
+        )
+    ).history.isel(step=0, tip=0)
+    np.testing.assert_allclose(history.reaction_y, [force, -force], rtol=1e-12)
+    shape = np.polyval([-5.6, 14.72, -13.32, 4.64, 0.886], ratio) * (2 + ratio) / (1 - ratio) ** 1.5
+    assert float(history.K_I) == pytest.approx(force / np.sqrt(width) * shape, rel=0.01)
+    assert abs(float(history.K_II)) < 1e-5 * float(history.K_I)
 
 
 def test_centre_crack_in_a_large_plate():
@@ -116,8 +145,8 @@ def test_centre_crack_in_a_large_plate():
         ).history.isel(step=0)
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
         k = sigma * np.sqrt(np.pi * a)
-        np.testing.assert_allclose(result.K_I, k * c * c, rtol=3e-3)
-        np.testing.assert_allclose(result.K_II, k * s * c, rtol=3e-3, atol=1e-3 * k)
+        np.testing.assert_allclose(result.K_I, k * c * c, rtol=2.5e-3)
+        np.testing.assert_allclose(result.K_II, k * s * c, rtol=2e-3, atol=3e-4 * k)
         # T = sigma cos(2 angle) of tension across the crack, less sigma (Williams 1957).
-        np.testing.assert_allclose(result.T_stress, sigma * (s * s - c * c), atol=0.02 * sigma)
+        np.testing.assert_allclose(result.T_stress, sigma * (s * s - c * c), atol=0.004 * sigma)
         assert result.tip.values.tolist() == ["crack_1_start", "crack_1_end"]

@@ -78,15 +78,15 @@ def test_factors_are_recovered_on_every_side(solve_prescribed, mouth, factors):
         k = intensity_factors(
             solved.grid, solved.points, solved.gradients, solved.lame[0], tip, q, np.zeros(2)
         )
-        assert pytest.approx(factors[0], abs=0.0015 * scale) == k.K_I
-        assert pytest.approx(factors[1], abs=0.0015 * scale) == k.K_II
+        assert pytest.approx(factors[0], abs=3e-4 * scale) == k.K_I
+        assert pytest.approx(factors[1], abs=3e-4 * scale) == k.K_II
         # The singular stress on the ring is what T has to be told from.
         singular = scale / np.sqrt(2 * np.pi * radius / 2)
-        assert k.T_stress == pytest.approx(factors[2], abs=0.003 * singular)
-        assert pytest.approx(g, rel=0.003) == k.G
-        assert cf.j_integral(solved.nodal, q, tip) == pytest.approx(g, rel=0.003)
+        assert k.T_stress == pytest.approx(factors[2], abs=3e-4 * singular)
+        assert pytest.approx(g, rel=7e-4) == k.G
+        assert cf.j_integral(solved.nodal, q, tip) == pytest.approx(g, rel=7e-4)
         assert criteria.max_hoop_angle(k.K_I, k.K_II) == pytest.approx(
-            criteria.max_hoop_angle(*factors[:2]), abs=0.2
+            criteria.max_hoop_angle(*factors[:2]), abs=2e-3
         )
 
 
@@ -102,9 +102,9 @@ def test_plane_stress(solve_prescribed):
     k = intensity_factors(
         solved.grid, solved.points, solved.gradients, solved.lame[0], tip, q, np.zeros(2)
     )
-    np.testing.assert_allclose([k.K_I, k.K_II], [100, -60], rtol=0.002)
-    assert k.T_stress == pytest.approx(4, abs=0.05)
-    assert pytest.approx((100**2 + 60**2) / E, rel=0.003) == k.G
+    np.testing.assert_allclose([k.K_I, k.K_II], [100, -60], rtol=4e-4)
+    assert k.T_stress == pytest.approx(4, abs=3e-3)
+    assert pytest.approx((100**2 + 60**2) / E, rel=7e-4) == k.G
 
 
 def test_configurational_force_turns_with_the_second_mode(solve_prescribed):
@@ -117,9 +117,9 @@ def test_configurational_force_turns_with_the_second_mode(solve_prescribed):
         (tip,) = solved.grid.tips
         force = cf.domain_force(solved.grid, solved.nodal, tip, 2.0)
         expected = np.array([100**2 + k_2**2, -2 * 100 * k_2]) * (1 - NU**2) / E
-        np.testing.assert_allclose(force, expected, rtol=0.02)
+        np.testing.assert_allclose(force, expected, rtol=6e-4)
         assert cf.angle(force, tip) == pytest.approx(
-            np.degrees(np.arctan2(expected[1], expected[0])), abs=0.5
+            np.degrees(np.arctan2(expected[1], expected[0])), abs=0.01
         )
 
 
@@ -134,6 +134,6 @@ def test_uniform_stress_along_the_crack_has_no_intensity(solve_prescribed):
         solved.grid, solved.points, solved.gradients, solved.lame[0], tip, q, np.zeros(2)
     )
     # Exact in T6: what is left is the quadrature of the auxiliary field.
-    assert k.T_stress == pytest.approx(7.0, rel=1e-4)
-    assert abs(k.K_I) + abs(k.K_II) < 1e-3 * 7.0 * np.sqrt(20.0)
-    assert abs(cf.j_integral(solved.nodal, q, tip)) < 1e-12
+    assert k.T_stress == pytest.approx(7.0, rel=2e-6)
+    assert abs(k.K_I) + abs(k.K_II) < 3e-6 * 7.0 * np.sqrt(20.0)
+    assert abs(cf.j_integral(solved.nodal, q, tip)) < 1e-15
