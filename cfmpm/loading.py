@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels import assembly, basis
 from cfmpm.points import MaterialPoints
 from cfmpm.scene.model import Load, Scene
+from cfmpm.segments import Segments, find_segments, nodes_and_weights
 
 # Loads are in equilibrium when their resultant is below this part of the sum of their moduli.
 BALANCE = 1e-9
@@ -26,10 +28,23 @@ class UnheldError(SceneError):
 
 @dataclass(frozen=True)
 class Boundary:
-    """The nodes of one loaded or supported part, with weights for the mean over its length."""
+    """The nodes of one loaded or supported part.
+
+    Attributes
+    ----------
+    nodes : (k,) int
+    weights : (k,) float
+        For the mean over its length; their sum is one.
+    force : (k, 2) float
+        What this load itself applies, at load factor one [N/mm].
+    holds : (k, 2) bool
+        Components that this load prescribes, and none before it: each belongs to one part.
+    """
 
     nodes: Ints
     weights: Floats
+    force: Floats
+    holds: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -52,6 +67,8 @@ class Loading:
         The parts of the boundary at which forces and displacements are reported.
     held : int
         Number of rigid motions that the program itself holds.
+    warnings : tuple of str
+        Loads that do nothing but press on a support.
     """
 
     prescribed: NDArray[np.bool_]
@@ -61,6 +78,7 @@ class Loading:
     body_force: Floats
     boundaries: dict[str, Boundary]
     held: int
+    warnings: tuple[str, ...] = ()
 
     @property
     def free(self) -> Ints:
@@ -88,7 +106,8 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     Raises
     ------
     SceneError
-        Where two loads prescribe different displacements at a node, or a box holds no boundary.
+        Where two loads prescribe different displacements at a node, or a box holds no boundary,
+        or no node of it that a displacement could be prescribed at.
     UnheldError
         Where a motion is not held and the loads would drive it.
     """
@@ -101,28 +120,39 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     boundaries: dict[str, Boundary] = {}
     problems: list[Problem] = []
     owner: dict[tuple[int, int], int] = {}
+    tractions: list[tuple[int, Segments]] = []
     for i, load in enumerate(scene.loads):
         if load.body_force is not None:
             density += load.body_force
             continue
-        boundary, lengths = _place(load, grid)
-        if boundary.nodes.size == 0:
-            problems.append(Problem("no part of the boundary lies in the box", f"loads[{i}].box"))
+        if load.point is not None:
+            nodes, weights = np.array([grid.points[str(load.name)]]), np.ones(1)
+        else:
+            segments = find_segments(load, scene, grid)
+            nodes, weights = nodes_and_weights(load, grid, segments)
+            if load.traction is not None:
+                tractions.append((i, segments))
+        if nodes.size == 0:
+            reason = "no part of the boundary lies in the box"
+            if len(segments.edges):
+                reason = "no node of the boundary lies in the box: the grid is too coarse for it"
+            problems.append(Problem(reason, f"loads[{i}].box"))
             continue
-        boundaries[str(load.name)] = boundary
+        applied = np.zeros((len(nodes), 2))
         if load.traction is not None:
-            if not lengths:
-                problems.append(Problem("no edge lies wholly in the box", f"loads[{i}].box"))
-            force[boundary.nodes] += boundary.weights[:, None] * lengths * np.array(load.traction)
+            applied = weights[:, None] * np.array(load.traction)
         if load.force is not None:
-            force[boundary.nodes] += load.force
+            applied[0] = load.force
+        force[nodes] += applied
+        holds = np.zeros((len(nodes), 2), bool)
         if load.displacement is not None:
             for axis, value in enumerate((load.displacement.x, load.displacement.y)):
                 if value is None:
                     continue
-                clash = prescribed[boundary.nodes, axis] & (values[boundary.nodes, axis] != value)
+                holds[:, axis] = ~prescribed[nodes, axis]
+                clash = prescribed[nodes, axis] & (values[nodes, axis] != value)
                 if clash.any():
-                    node = int(boundary.nodes[np.argmax(clash)])
+                    node = int(nodes[np.argmax(clash)])
                     problems.append(
                         Problem(
                             f"prescribes u_{'xy'[axis]} = {value:g} mm where "
@@ -131,9 +161,10 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
                             f"loads[{i}].displacement.{'xy'[axis]}",
                         )
                     )
-                prescribed[boundary.nodes, axis] = True
-                values[boundary.nodes, axis] = value
-                owner.update({(int(node), axis): i for node in boundary.nodes})
+                prescribed[nodes, axis] = True
+                values[nodes, axis] = value
+                owner.update({(int(node), axis): i for node in nodes})
+        boundaries[str(load.name)] = Boundary(nodes, weights / weights.sum(), applied, holds)
     if problems:
         raise SceneError(problems)
     if density.any():
@@ -142,8 +173,15 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
             grid.elements, n, points.element, shape, points.volume, density
         )
         force += own_weight
+    warnings = [
+        warning
+        for i, segments in tractions
+        for warning in _lost(scene.loads[i], i, segments, prescribed)
+    ]
     held = _hold_rigid_motions(grid, prescribed, force)
-    return Loading(prescribed, values, force, own_weight, density, boundaries, held)
+    return Loading(
+        prescribed, values, force, own_weight, density, boundaries, held, tuple(warnings)
+    )
 
 
 def hold_nodes(loading: Loading, nodes: Ints) -> Loading:
@@ -155,34 +193,20 @@ def hold_nodes(loading: Loading, nodes: Ints) -> Loading:
     return replace(loading, prescribed=prescribed)
 
 
-def _place(load: Load, grid: Grid) -> tuple[Boundary, float]:
-    """Find the nodes of a load, their weights, and the length of the edges there."""
-    if load.point is not None:
-        return Boundary(np.array([grid.points[str(load.name)]]), np.ones(1)), 0.0
-    alone = np.empty(0, np.int64)
-    if load.edge is not None:
-        edges = grid.edges[load.edge]
-    else:
-        assert load.box is not None
-        # In a mesh file an edge may have two names.
-        edges = np.unique(np.concatenate(list(grid.edges.values())), axis=0)
-        low, high = np.min(load.box, axis=0), np.max(load.box, axis=0)
-        slack = 1e-9 * np.ptp(grid.nodes, axis=0).max()
-        inside = np.all((grid.nodes >= low - slack) & (grid.nodes <= high + slack), axis=1)
-        alone = np.unique(edges[inside[edges]])
-        edges = edges[inside[edges].all(axis=1)]
-    if len(edges) == 0:
-        return Boundary(alone, np.full(len(alone), 1.0 / max(1, len(alone)))), 0.0
-    # A constant traction on a straight edge: the trapezoidal rule is exact for the linear basis,
-    # Simpson's for the quadratic one.
-    rule = np.array([0.5, 0.5]) if edges.shape[1] == 2 else np.array([1.0, 1.0, 4.0]) / 6.0
-    lengths = np.hypot(*(grid.nodes[edges[:, 1]] - grid.nodes[edges[:, 0]]).T)
-    nodes, inverse = np.unique(edges, return_inverse=True)
-    weights = np.bincount(inverse.ravel(), (lengths[:, None] * rule).ravel())
-    extra = np.setdiff1d(alone, nodes)
-    nodes = np.concatenate([nodes, extra])
-    weights = np.concatenate([weights, np.zeros(len(extra))])
-    return Boundary(nodes, weights / lengths.sum()), float(lengths.sum())
+def _lost(load: Load, i: int, segments: Segments, prescribed: NDArray[np.bool_]) -> Iterator[str]:
+    """Say how much of a traction acts where its component is prescribed.
+
+    Only edges whose nodes are all prescribed count: where a loaded and a held part meet at a
+    corner, they share a node on any grid.
+    """
+    lengths = segments.weights.sum(axis=1)
+    for axis, component in enumerate(load.traction or ()):
+        part = lengths[prescribed[segments.edges, axis].all(axis=1)].sum() / lengths.sum()
+        if component != 0.0 and part > BALANCE:
+            yield (
+                f"loads[{i}].traction: {100 * part:.3g} % of {load.name} acts where u_{'xy'[axis]} "
+                "is prescribed, and goes straight into that support"
+            )
 
 
 def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats) -> int:

@@ -209,9 +209,11 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Energies, counts and the forces and displacements of the loaded parts."""
     loading, source, u = body.loading, body.integration, balance.displacement
     # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
-    transmitted = balance.internal_force - loading.own_weight - balance.contact_force
+    held = balance.internal_force - loading.force - balance.contact_force
     parts = loading.boundaries.values()
-    reaction = np.array([transmitted[part.nodes].sum(axis=0) for part in parts]).reshape(-1, 2)
+    reaction = np.array(
+        [(part.force + np.where(part.holds, held[part.nodes], 0.0)).sum(axis=0) for part in parts]
+    ).reshape(-1, 2)
     motion = np.array(
         [(part.weights[:, None] * u[part.nodes]).sum(axis=0) for part in parts]
     ).reshape(-1, 2)

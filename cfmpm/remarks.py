@@ -103,7 +103,7 @@ def doubts_before(body: Body) -> list[str]:
     list of str
     """
     grid = body.grid
-    found = []
+    found = list(body.loading.warnings)
     stiffest = max(material.nu for material in region_materials(body.scene, grid.region_names))
     if body.scene.mesh.element == "T3" and body.scene.plane == "strain" and stiffest > LOCKING:
         found.append(

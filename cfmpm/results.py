@@ -27,6 +27,10 @@ TIP_STATUS = ("growing", "stopped", "arrived_boundary", "arrived_hole", "arrived
 
 _STEP, _TIP, _RADIUS = ("step",), ("step", "tip"), ("step", "tip", "radius")
 _STRESS_INTENSITY = "MPa mm0.5"
+_REACTION = (
+    "force on the body at the loaded part: what the load applies, or what its prescribed "
+    "components exert; of supports that share a node the first has its force"
+)
 # Name: dimensions, units, long name.
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tip_x": (_TIP, "mm", "position of the crack tip"),
@@ -69,8 +73,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "empty_elements": (_STEP, "1", "triangles without a material point"),
     "floating_nodes": (_STEP, "1", "nodes without stiffness, which were held"),
     "n_unknowns": (_STEP, "1", "free degrees of freedom"),
-    "reaction_x": (("step", "boundary"), "N mm-1", "force on the loaded part"),
-    "reaction_y": (("step", "boundary"), "N mm-1", "force on the loaded part"),
+    "reaction_x": (("step", "boundary"), "N mm-1", _REACTION),
+    "reaction_y": (("step", "boundary"), "N mm-1", _REACTION),
     "displacement_x": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
     "displacement_y": (("step", "boundary"), "mm", "mean displacement of the loaded part"),
     "displacement": (

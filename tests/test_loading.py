@@ -7,8 +7,11 @@ from structured import rectangle
 from cfmpm.errors import SceneError
 from cfmpm.grid import build_grid
 from cfmpm.loading import apply_loads
+from cfmpm.meshing import triangulate
 from cfmpm.points import seed
+from cfmpm.scene import expand
 from cfmpm.scene.model import Scene
+from cfmpm.scene.reading import scene_from_dict
 
 
 def load(loads, grid=None, element="T3"):
@@ -70,7 +73,122 @@ def test_a_box_takes_the_boundary_inside_it():
     assert loading.boundaries["load_1"].nodes.tolist() == [
         int(np.flatnonzero(np.all(grid.nodes == [0, 0], axis=1))[0])
     ]
-    np.testing.assert_allclose(loading.force.sum(axis=0), [0, 1.0])
+    # One of the top and a tenth of the right.
+    np.testing.assert_allclose(loading.force.sum(axis=0), [0, 1.1], rtol=1e-14)
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("cells", [(4, 2), (7, 5), (1, 1)])
+def test_a_traction_is_cut_at_the_border_of_its_box(cells, element):
+    """As in a mesh file, the grid has no nodes there: the edges are cut."""
+    grid, loading = load(
+        [
+            {"box": [[0.3, 1.3], [1.7, 5]], "traction": [1.0, 2.0]},
+            {"box": [[4, 0.21], [4, 0.37]], "traction": [5.0, 0.0], "name": "within_an_edge"},
+            {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
+        ],
+        build_grid(rectangle(*cells, 4.0, 2.0), element),
+    )
+    np.testing.assert_allclose(loading.force.sum(axis=0), [1.4 + 0.8, 2.8], rtol=1e-13)
+    np.testing.assert_allclose(moment(grid, loading.force), 2.8 - 2.8 - 0.8 * 0.29, rtol=1e-12)
+
+
+def moment(grid, force):
+    """About the origin."""
+    return (grid.nodes[:, 0] * force[:, 1] - grid.nodes[:, 1] * force[:, 0]).sum()
+
+
+def meshed(size, element, loads):
+    """A plate with a hole, which has nodes where boxes cut its boundary."""
+    scene = scene_from_dict(
+        {
+            "name": "plate",
+            "geometry": {
+                "outline": [
+                    {"at": [0, 0], "edge": "bottom"},
+                    {"at": [100, 0]},
+                    {"at": [100, 60], "edge": "top"},
+                    {"at": [0, 60], "through": [-30, 30], "edge": "left"},
+                ],
+                "holes": [{"name": "hole", "circle": {"centre": [50, 30], "radius": 9}}],
+            },
+            "material": {"E": 1000.0, "nu": 0.3},
+            "loads": loads,
+            "mesh": {"size": size, "grading": "uniform"},
+        }
+    )
+    grid = build_grid(triangulate(scene), element)
+    return grid, apply_loads(expand(scene), grid, seed(grid))
+
+
+BOXED = [
+    {"name": "support", "box": [[20, -1], [33.3, 7]], "displacement": {"x": 0, "y": 0}},
+    {"name": "pull", "box": [[61.7, 47], [100.01, 61]], "traction": [1, 2]},
+    {"name": "arc", "box": [[44, 20], [57, 60]], "traction": [0.3, 1]},
+    {"name": "left", "edge": "left", "traction": [0, 1]},
+    {"name": "hole", "edge": "hole", "traction": [-3, 1]},
+]
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_what_lies_in_a_box_does_not_depend_on_the_grid(element):
+    found = []
+    for size in (3, 7, 11.3, 23):
+        grid, loading = meshed(size, element, BOXED)
+        support = grid.nodes[loading.boundaries["support"].nodes]
+        assert support.min(axis=0).tolist() == [20, 0]
+        assert support.max(axis=0).tolist() == [33.3, 0]
+        pull, arc = loading.boundaries["pull"], loading.boundaries["arc"]
+        np.testing.assert_allclose(
+            pull.force.sum(axis=0), np.array([1, 2]) * (38.3 + 13), rtol=1e-12
+        )
+        # The top and, of the circle, what is above and below the border of the box.
+        arcs = 2 * 9 * (np.arcsin(7 / 9) + np.arcsin(6 / 9))
+        np.testing.assert_allclose(
+            arc.force.sum(axis=0), np.array([0.3, 1]) * (13 + arcs), rtol=1e-9
+        )
+        force = np.zeros_like(grid.nodes)
+        force[pull.nodes] += pull.force
+        found.append(moment(grid, force))
+    np.testing.assert_allclose(found, found[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("size", [3, 23])
+def test_a_traction_on_an_arc_acts_on_its_true_length(size):
+    grid, loading = meshed(size, "T6", BOXED)
+    radius = 30.0
+    left, hole = loading.boundaries["left"], loading.boundaries["hole"]
+    np.testing.assert_allclose(left.force.sum(axis=0), [0, np.pi * radius], rtol=1e-9)
+    np.testing.assert_allclose(hole.force.sum(axis=0), np.array([-3, 1]) * 2 * np.pi * 9, rtol=1e-9)
+    # A uniform traction on a circle acts at its centre; chords of unequal length miss it a little.
+    np.testing.assert_allclose(hole.weights @ grid.nodes[hole.nodes], [50, 30], atol=4e-3)
+
+
+def test_a_margin_of_a_box_makes_no_small_elements():
+    nodes = [
+        len(
+            meshed(23, "T3", [{"box": [[-m, -m], [100 + m, m]], "displacement": {"y": 0}}])[0].nodes
+        )
+        for m in (1e-3, 0.05)
+    ]
+    assert nodes[0] == nodes[1]
+
+
+def test_a_traction_that_a_support_takes_up_is_told():
+    """Not where they share a corner, which they do on any grid."""
+    support = {"name": "held", "edge": "bottom", "displacement": {"x": 0, "y": 0}}
+    _, loading = load([support, {"edge": "left", "traction": [1, 1]}])
+    assert loading.warnings == ()
+    across = {"name": "across", "box": [[1, -1], [9, 1]], "traction": [0, 1]}
+    _, loading = load([support, across])
+    assert loading.warnings == (
+        "loads[1].traction: 75 % of across acts where u_y is prescribed, and goes straight into "
+        "that support",
+    )
+    _, loading = load(
+        [support | {"displacement": {"x": 0}}, support | {"name": "b", "edge": "left"}, across]
+    )
+    assert loading.warnings == ()
 
 
 @pytest.mark.parametrize(
@@ -100,9 +218,9 @@ def test_a_box_takes_the_boundary_inside_it():
         (
             [
                 {"edge": "left", "displacement": {"x": 0, "y": 0}},
-                {"box": [[-1, 1.9], [0.5, 3]], "traction": [1, 0]},
+                {"box": [[0.2, 1.9], [0.5, 3]], "displacement": {"x": 0}},
             ],
-            "no edge lies wholly in the box",
+            "no node of the boundary lies in the box: the grid is too coarse for it",
         ),
         ([{"edge": "top", "traction": [0, 1]}], "resultant (0, 4) N/mm"),
         (

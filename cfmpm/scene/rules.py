@@ -12,7 +12,12 @@ from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
-from cfmpm.scene.rules_load import contradictions, misplaced_loads, unknown_edges
+from cfmpm.scene.rules_load import (
+    contradictions,
+    misplaced_loads,
+    swallowed_loads,
+    unknown_edges,
+)
 
 # A triangulation beyond this does not fit into the memory of one machine.
 MOST_TRIANGLES = 2e7
@@ -29,13 +34,14 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *_mesh_file(scene.mesh_file),
             *_names_of_loads(scene),
             *contradictions(scene),
+            *swallowed_loads(scene),
             *_toughness(scene, "mesh_file", scene.mesh_file.regions),
         ]
     whole = expand(scene)
     geometry = whole.geometry
     assert geometry is not None
     found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
-    found += contradictions(whole)
+    found += [*contradictions(whole), *swallowed_loads(whole)]
     found += _toughness(scene, "geometry", geometry.regions)
     broken = list(broken_lines(geometry))
     found += broken

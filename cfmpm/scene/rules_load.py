@@ -40,6 +40,31 @@ def contradictions(scene: Scene) -> Iterator[Finding]:
                 )
 
 
+def swallowed_loads(scene: Scene) -> Iterator[Finding]:
+    """Tractions and forces in a component that another load prescribes at the same place.
+
+    They would go straight into that support and change nothing in the body, which nobody asks for
+    on purpose. Places that only overlap are left to the grid, which warns.
+    """
+    held = {
+        (_place(load), component): i
+        for i, load in reversed([*enumerate(scene.loads)])
+        for component in ("x", "y")
+        if load.displacement is not None and getattr(load.displacement, component) is not None
+    }
+    for i, load in enumerate(scene.loads):
+        for action in ("traction", "force"):
+            for component, value in zip("xy", getattr(load, action) or (), strict=False):
+                support = held.get((_place(load), component))
+                if value != 0.0 and support is not None:
+                    yield (
+                        f"loads[{i}].{action}",
+                        f"{value:g} in {component} does nothing: loads[{support}] prescribes the "
+                        f"displacement in {component} there, and takes it up; leave one of them "
+                        "out",
+                    )
+
+
 def misplaced_loads(scene: Scene, body: Body) -> Iterator[Finding]:
     """Boxes without boundary; points outside the body, beside its boundary or on a crack."""
     for i, load in enumerate(scene.loads):

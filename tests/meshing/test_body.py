@@ -22,7 +22,7 @@ from meshing_scenes import (
 )
 
 from cfmpm.meshing import mesh_size, resolved_grading, triangulate
-from cfmpm.scene.geometry import body_polygon, snap
+from cfmpm.scene.geometry import Body, body_polygon, snap
 
 
 def boundary_nodes(t):
@@ -249,6 +249,18 @@ def test_default_sizes():
     assert resolved_grading(short).tip_size == pytest.approx(0.1 / 50)
     assert resolved_grading(body()) is None
     assert 800 < len(triangulate(scene).triangles) < 3000
+
+
+def test_the_body_is_made_the_same_few_times_for_any_number_of_tips(monkeypatch):
+    made = []
+    make = Body.of.__func__
+    monkeypatch.setattr(
+        Body, "of", classmethod(lambda cls, scene: made.append(1) or make(cls, scene))
+    )
+    for n in (1, 4):
+        made.clear()
+        triangulate(body(cracks=[crack((0, 2 * i), (4, 2 * i + 0.5)) for i in range(1, n + 1)]))
+        assert len(made) == 2
 
 
 def test_the_same_scene_gives_the_same_arrays():

@@ -196,7 +196,7 @@ def test_default_names() -> None:
         },
         loads=[
             {"edge": "edge_3", "displacement": {"y": 0}},
-            {"edge": "edge_3", "traction": [0, 1]},
+            {"edge": "edge_3", "traction": [1, 0]},
             {"point": [0, 0], "displacement": {"x": 0}},
             {"name": "load_5", "edge": "hole_1", "traction": [0, 1]},
             {"body_force": [0, 1]},

@@ -52,6 +52,22 @@ REFUSED = [
         "[1].displacement.x",
         "contradicts loads[0]",
     ),
+    (
+        "[{edge: top, displacement: {x: 0}}, {edge: top, traction: [1, 0]}]",
+        "[1].traction",
+        "1 in x does nothing: loads[0] prescribes the displacement in x there",
+    ),
+    (
+        "[{box: [[9, 9], [-1, -1]], traction: [1, 2]}, "
+        "{box: [[-1, -1], [9, 9]], displacement: {y: 0.5}}]",
+        "[0].traction",
+        "2 in y does nothing: loads[1]",
+    ),
+    (
+        "[{point: [0, 0], displacement: {y: 0}}, {point: [0, 0], force: [0, 1]}]",
+        "[1].force",
+        "1 in y does nothing: loads[0]",
+    ),
     ("[{traction: [0, 1]}]", "[0]", "has no place: a traction goes with edge or box"),
     (
         "[{displacement: {x: 0}}]",
@@ -138,6 +154,9 @@ ACCEPTED = [
     "[{edge: top, displacement: {x: 0}}, {edge: top, displacement: {x: 0, y: 1}}]",
     "[{edge: top, displacement: {x: 0}}, {edge: top, traction: [0, 1]}]",
     "[{edge: hole_1, traction: [0, 1]}]",
+    "[{edge: top, displacement: {x: 0, y: 0}}, {edge: left, traction: [1, 1]}]",
+    "[{edge: top, displacement: {x: 0, y: 0}}, {box: [[90, 50], [101, 61]], traction: [1, 1]}]",
+    "[{point: [0, 0], displacement: {y: 0}}, {point: [0, 0], force: [1, 0]}]",
     "[{point: [50, 25], force: [0, 1]}, {point: [80, 30], displacement: {x: 0}}]",
     "[{box: [[44, 24], [56, 30]], traction: [0, 1]}]",
     "[{box: [[100, 60], [99, 59]], displacement: {x: 1}}]",

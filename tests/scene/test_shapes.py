@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -54,6 +55,41 @@ def test_nearest_point_of_a_straight_side(start, end, away) -> None:
     assume(math.dist(start, end) > 1e-3)
     distance = math.dist(Side(start, end).nearest(away), away)
     assert distance == pytest.approx(LineString([start, end]).distance(Point(away)), abs=1e-9)
+
+
+@given(point, st.floats(0.1, 10), st.floats(-4, 4), angle, angle, st.lists(point, max_size=9))
+def test_distances_are_those_of_the_nearest_points(
+    centre, radius, first, second, third, away
+) -> None:
+    turns = [first, first + second, first + second + third]
+    start, through, end = (on_circle(centre, radius, turn) for turn in turns)
+    assume(min(math.dist(start, end), math.dist(start, through)) > 1e-3 * radius)
+    for side in (Side(start, end, through), Side(start, end)):
+        found = side.distances(np.reshape(away, (-1, 2)))
+        expected = [math.dist(side.nearest(p), p) for p in away]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * (40 + radius))
+
+
+@given(point, st.floats(0.1, 10), st.floats(-4, 4), angle, angle)
+def test_length_is_that_of_the_fine_polygon(centre, radius, first, second, third) -> None:
+    turns = [first, first + second, first + second + third]
+    start, through, end = (on_circle(centre, radius, turn) for turn in turns)
+    assume(min(math.dist(start, end), math.dist(start, through)) > 1e-3 * radius)
+    assert Side(start, end, through).length == pytest.approx(radius * (second + third), rel=1e-6)
+    assert Side(start, end).length == math.dist(start, end)
+    assert Side(start, end, through).radius == pytest.approx(radius, rel=1e-6)
+    assert Side(start, end).radius == math.inf
+
+
+def test_crossings() -> None:
+    upper = Side((5, 0), (-5, 0), (0, 5))
+    np.testing.assert_allclose(upper.crossings(1, 4), [(-3, 4), (3, 4)], rtol=1e-14)
+    np.testing.assert_allclose(upper.crossings(0, 3), [(3, 4)], rtol=1e-14)
+    assert upper.crossings(1, -4) == upper.crossings(1, 5) == upper.crossings(0, 6) == []
+    slope = Side((0, 0), (4, 2))
+    assert slope.crossings(0, 1) == [(1, 0.5)]
+    assert slope.crossings(1, 2) == [(4, 2)]
+    assert slope.crossings(1, 3) == Side((0, 0), (4, 0)).crossings(1, 0) == []
 
 
 def test_nearest_point_from_the_centre_is_on_the_arc() -> None:
