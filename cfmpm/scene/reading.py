@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from cfmpm.errors import SceneError
 from cfmpm.scene.document import Document, Place, parse_key, read_document
 from cfmpm.scene.families import key_as_written
 from cfmpm.scene.model import Scene
