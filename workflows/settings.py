@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from cfmpm.scene import Scene, load_scene
 from cfmpm.scene.model import Length, Mesh, Positive
@@ -31,6 +31,42 @@ class Section51(_Settings):
     drawn: list[int] = Field(description="grids of Fig. 4, by their keys in series T3")
     swept: list[int] = Field(description="grids of Fig. 6, by their keys in series T3")
     series: dict[str, Meshes] = Field(description="T3, T6, T6_graded: grids by triangles wanted")
+
+
+class Film(_Settings):
+    """Which variant of a study is shown as a film."""
+
+    variant: str
+    every: int = Field(1, ge=1, description="of how many increments one is shown")
+
+
+class GrowthStudy(_Settings):
+    """A scene whose cracks grow, in several variants (paper sections 5.2 to 5.5)."""
+
+    scene: str
+    film: Film
+    variants: dict[str, dict[str, Any]] = Field(
+        min_length=1, description="values of the scene that are replaced, by dotted keys"
+    )
+
+    @model_validator(mode="after")
+    def _film_is_a_variant(self) -> Self:
+        if self.film.variant not in self.variants:
+            raise ValueError(f"film.variant: there is no variant {self.film.variant}")
+        return self
+
+
+class Growth(_Settings):
+    """Sections 5.2, 5.3, 5.4 and 5.5."""
+
+    edge: GrowthStudy
+    shear: GrowthStudy
+    holes: GrowthStudy
+    beam: GrowthStudy
+
+    def studies(self) -> dict[str, GrowthStudy]:
+        """All studies by their names."""
+        return {name: getattr(self, name) for name in type(self).model_fields}
 
 
 class WorkPrecision(_Settings):
@@ -57,6 +93,7 @@ class Settings(_Settings):
     """All blocks of configs/workflow."""
 
     section_5_1: Section51
+    growth: Growth
     work_precision: WorkPrecision
     scaling: Scaling
 
@@ -81,6 +118,9 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
     for meshes in paper.series.values():
         for mesh in meshes.values():
             scene_with(paper.scene, mesh, paper.radii)
+    for study in settings.growth.studies().values():
+        for replaced in study.variants.values():
+            load_scene(study.scene, replaced)
     for block in (settings.work_precision, settings.scaling):
         for listed in block.series.values():
             for mesh in listed:

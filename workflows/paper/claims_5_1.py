@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import html
 from collections.abc import Callable, Mapping
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,34 +11,12 @@ import xarray as xr
 
 from cfmpm.scene import load_scene
 from cfmpm.scene.model import SingleEdge
+from workflows.paper.table import Claim, write_table
 
 # Two computations are the same where they differ by round-off only.
 ROUND_OFF = 1e-10
 # CF no longer depends on the radius where it stays this near to its value at the largest.
 SETTLED, WELL_SETTLED = 0.02, 0.005
-
-
-@dataclass(frozen=True)
-class Claim:
-    """One line of the table.
-
-    Attributes
-    ----------
-    claim : str
-    paper, reference, cfmpm : str
-        What the paper says, what is known otherwise, what the datasets say.
-    held : str
-        yes, no, or in part; misprint where the paper's words do not fit its own numbers.
-    test : str
-        By what it was decided.
-    """
-
-    claim: str
-    paper: str
-    reference: str
-    cfmpm: str
-    held: str
-    test: str
 
 
 @dataclass(frozen=True)
@@ -298,27 +274,7 @@ def write_claims(
             height=plate.height,
         )
     )
-    head = [field.name for field in fields(Claim)]
-    rows = [astuple(claim) for claim in claims]
-    with Path(table).open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([head, *rows])
-    lines = [head, ["---"] * len(head), *rows]
-    Path(markdown).write_text(
-        "".join(f"| {' | '.join(line)} |\n" for line in lines), encoding="utf-8"
-    )
-    Path(page).write_text(_page(head, rows), encoding="utf-8")
-
-
-def _page(head: list[str], rows: list[tuple[str, ...]]) -> str:
-    def line(cells: tuple[str, ...] | list[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>\n"
-
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><meta charset="utf-8"><title>Section 5.1</title>\n'
-        "<style>body{font:14px sans-serif}table{border-collapse:collapse}"
-        "td,th{border:1px solid #bbb;padding:4px 8px;text-align:left;vertical-align:top}</style>\n"
-        f"<table>\n{line(head, 'th')}{''.join(line(row, 'td') for row in rows)}</table></html>\n"
-    )
+    write_table(claims, "Section 5.1", table, markdown, page)
 
 
 def _settled(norm: xr.DataArray, part: float) -> float:

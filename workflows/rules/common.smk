@@ -18,6 +18,7 @@ let_scripts_import(ROOT)
 
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
+configfile: str(ROOT / "configs" / "workflow" / "growth.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "work_precision.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
 
@@ -25,6 +26,7 @@ configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
 # Nothing runs on a bad configuration: every scene of every series is checked here.
 SETTINGS = read_settings(config)
 PAPER = SETTINGS.section_5_1
+STUDIES = SETTINGS.growth.studies()
 
 # Results are computed again when the package changes, pictures when its plotting does.
 MODULES = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/**/*.py"))
@@ -47,3 +49,17 @@ def meshes_of_series(wildcards):
     return {
         wanted: plain(mesh) for wanted, mesh in PAPER.series[wildcards.series].items()
     }
+
+
+def scene_of_study(wildcards):
+    return STUDIES[wildcards.study].scene
+
+
+def variants_of_study(wildcards):
+    return STUDIES[wildcards.study].variants
+
+
+def film_of_study(wildcards):
+    """What of a study is filmed: the replaced values of one variant, and how often."""
+    study = STUDIES[wildcards.study]
+    return {"replaced": study.variants[study.film.variant], "every": study.film.every}

@@ -2,8 +2,10 @@
 # There is no default target: Snakemake takes none from an included file.
 
 REPRODUCED = [
-    *expand("results/paper/fig{n}.png", n=[4, 5, 6, 7]),
+    *expand("results/paper/fig{n}.png", n=[4, 5, 6, 7, *range(9, 17)]),
     "results/paper/section_5_1.html",
+    "results/paper/sections_5_2_to_5_5.html",
+    *expand("results/paper/{study}.gif", study=STUDIES),
     "results/performance/work_precision.png",
 ]
 
