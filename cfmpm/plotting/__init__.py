@@ -1,6 +1,12 @@
 """Pictures: functions that take data and an axes and return the axes."""
 
 from cfmpm.plotting.deformed import draw_deformed
+from cfmpm.plotting.growth import (
+    animate_growth,
+    draw_angles,
+    draw_load_displacement,
+    draw_paths,
+)
 from cfmpm.plotting.mesh import Mesh, draw_cracks, draw_grid
 from cfmpm.plotting.scene import draw_scene
 from cfmpm.plotting.style import picture
@@ -8,9 +14,13 @@ from cfmpm.plotting.tip import draw_tip_forces
 
 __all__ = [
     "Mesh",
+    "animate_growth",
+    "draw_angles",
     "draw_cracks",
     "draw_deformed",
     "draw_grid",
+    "draw_load_displacement",
+    "draw_paths",
     "draw_scene",
     "draw_tip_forces",
     "picture",

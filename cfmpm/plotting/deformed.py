@@ -18,7 +18,14 @@ SHOWN = 0.05
 COLOURED = 0.98
 
 
-def draw_deformed(axes: Axes, fields: xr.Dataset, stress: str = "von_mises") -> Axes:
+def draw_deformed(
+    axes: Axes,
+    fields: xr.Dataset,
+    stress: str = "von_mises",
+    *,
+    factor: float | None = None,
+    limits: tuple[float, float] | None = None,
+) -> Axes:
     """Draw the deformed grid with a stress as colour.
 
     Parameters
@@ -28,6 +35,10 @@ def draw_deformed(axes: Axes, fields: xr.Dataset, stress: str = "von_mises") -> 
         From :func:`cfmpm.fields.build_fields`, or read back from its file.
     stress : str
         A variable on the faces.
+    factor : float, optional
+        On the displacements; default: such that they can be seen.
+    limits : (float, float), optional
+        Lowest and highest stress of the colours; default: those of 98 % of the area.
 
     Returns
     -------
@@ -37,10 +48,10 @@ def draw_deformed(axes: Axes, fields: xr.Dataset, stress: str = "von_mises") -> 
     """
     mesh, last = Mesh.of_fields(fields), fields.isel(time=-1)
     u = np.column_stack([last["u_x"], last["u_y"]])
-    factor = magnification(u, mesh.nodes)
+    factor = factor or magnification(u, mesh.nodes)
     moved = mesh.nodes + factor * u
     values = last[stress].values
-    low, high = _colour_limits(values, mesh)
+    low, high = limits or _colour_limits(values, mesh)
     inner, outer = mesh.edges()
 
     faces = PolyCollection(list(moved[mesh.faces]), cmap=STRESS_MAP, edgecolors="face", lw=0.1)

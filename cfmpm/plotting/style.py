@@ -33,7 +33,7 @@ REGIONS = ("#F2F2F2", "#CFE6F5", "#FBE3B5", "#CDEBDD", "#F3D9E6")
 STRESS_MAP = "viridis"
 
 RESOLUTION = 200  # dots per inch
-_RC: dict[Any, Any] = {
+RC: dict[Any, Any] = {
     "axes.axisbelow": True,
     "axes.labelsize": 9,
     "axes.linewidth": 0.6,
@@ -70,7 +70,7 @@ def picture(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
 @contextmanager
 def panels(path: Path, size: tuple[float, float], rows: int, columns: int) -> Iterator[Any]:
     """Open a figure of several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
-    with matplotlib.rc_context(_RC):
+    with matplotlib.rc_context(RC):
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False)
         yield axes

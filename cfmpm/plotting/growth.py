@@ -1,0 +1,273 @@
+"""Pictures of cracks that grow: their paths, the equilibrium path, angles, and a film."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.animation import PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
+from numpy.typing import ArrayLike
+
+from cfmpm.grid import Floats, Grid
+from cfmpm.plotting.curves import STYLES
+from cfmpm.plotting.deformed import draw_deformed, magnification
+from cfmpm.plotting.mesh import Mesh, draw_grid
+from cfmpm.plotting.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    LIGHT_GREY,
+    ORANGE,
+    RC,
+    REGIONS,
+    VERMILLION,
+    length_axes,
+    size_around,
+)
+from cfmpm.scene.geometry import Body
+from cfmpm.scene.model import Scene
+
+# Colour and dashes both differ, so that the parts are told apart without colour too.
+PARTS = {
+    "stable": (BLUE, "-", "stable: the load has to rise"),
+    "unstable": (ORANGE, (0, (5, 1.5)), "unstable: the load falls, the displacement rises"),
+    "snap_back": (VERMILLION, (0, (1.5, 1)), "snap-back: load and displacement fall"),
+    "undefined": (GREY, ":", "under the load as it is"),
+}
+FILM_RESOLUTION = 100  # dots per inch
+COLOUR_BAR = 0.9  # width [inch]
+
+
+def draw_paths(
+    axes: Axes,
+    history: xr.Dataset,
+    body: Scene | Grid | Mesh,
+    reference: ArrayLike | Mapping[str, ArrayLike] | None = None,
+) -> Axes:
+    """Draw the paths of the crack tips over the outline of the body and its holes.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of a growth run.
+    body : Scene or Grid or Mesh
+        A scene gives the outline and the initial cracks; a grid is drawn with its elements.
+    reference : (k, 2) float or mapping of str to (k, 2) float, optional
+        Points of other paths to compare with [mm], by their name in the legend.
+
+    Returns
+    -------
+    Axes
+        With a dot at each increment, and a cross where a tip has arrived or stopped.
+    """
+    if isinstance(body, Scene):
+        _draw_body(axes, body)
+    else:
+        draw_grid(axes, body, colour=LIGHT_GREY, width=0.3)
+    for i, name in enumerate(history["tip"].values):
+        colour, _ = STYLES[i % len(STYLES)]
+        path = tip_path(history, str(name))
+        axes.plot(*path.T, "-o", color=colour, lw=1.2, ms=2.0, zorder=4, label=str(name))
+        axes.plot(*path[-1], "x", color=colour, ms=6.0, mew=1.4, zorder=5)
+    if reference is not None:
+        named = reference if isinstance(reference, Mapping) else {"reference": reference}
+        for (name, points), marker in zip(named.items(), "s^Dv", strict=False):
+            style: dict[str, Any] = {"mfc": "none", "mec": BLACK, "ms": 4.5, "mew": 0.8}
+            axes.plot(*np.asarray(points, float).T, marker, zorder=3, label=name, **style)
+    axes.autoscale_view()
+    length_axes(axes)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return axes
+
+
+def tip_path(history: xr.Dataset, tip: str) -> Floats:
+    """Return the places at which a tip has been, each once, (k, 2) [mm]."""
+    of_tip = history.sel(tip=tip)
+    places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
+    moved = np.ones(len(places), bool)
+    moved[1:] = np.diff(places, axis=0).any(axis=1)
+    return places[moved]
+
+
+def _draw_body(axes: Axes, scene: Scene) -> None:
+    """Draw outline, holes and initial cracks of a scene."""
+    polygon = Body.of(scene).polygon
+    parts = []
+    for part in getattr(polygon, "geoms", [polygon]):
+        rings = [part.exterior, *part.interiors]
+        parts.append(
+            PathPatch(Outline.make_compound_path(*(Outline(ring.coords) for ring in rings)))
+        )
+    axes.add_collection(
+        PatchCollection(parts, facecolor=REGIONS[0], edgecolor=BLACK, linewidth=0.8)
+    )
+    geometry = Body.of(scene).geometry
+    lines = [np.array(crack.points) for crack in geometry.cracks]
+    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=1.8, zorder=3))
+
+
+def draw_load_displacement(
+    axes: Axes, history: xr.Dataset, boundary: str, component: str | None = None
+) -> Axes:
+    """Draw force against displacement of a loaded part, with its stable and unstable parts.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of a growth run.
+    boundary : str
+        Name of the loaded part.
+    component : {"x", "y"}, optional
+        Default: that of the larger force.
+
+    Returns
+    -------
+    Axes
+        Force and displacement are positive along the first force. The way from the origin to the
+        first growth is that of the body with its initial cracks.
+    """
+    part = history.sel(boundary=boundary)
+    if component is None:
+        component = max("xy", key=lambda axis: float(np.abs(part[f"reaction_{axis}"]).max()))
+    force, motion = part[f"reaction_{component}"].values, part[f"displacement_{component}"].values
+    sense = -1.0 if force[0] < 0.0 else 1.0
+    points = sense * np.column_stack([motion, force])
+    axes.plot(*np.array([(0.0, 0.0), points[0]]).T, color=BLACK, lw=1.1, label="no growth")
+    flags = history["stability"]
+    meanings = flags.attrs["flag_meanings"].split()
+    segments = np.stack([points[:-1], points[1:]], axis=1)
+    for name, (colour, dashes, label) in PARTS.items():
+        chosen = flags.values[:-1] == meanings.index(name)
+        if chosen.any():
+            axes.add_collection(
+                LineCollection(
+                    list(segments[chosen]), colors=colour, linestyles=[dashes], lw=1.6, label=label
+                )
+            )
+    axes.plot(*points.T, "o", color=BLACK, ms=2.0, zorder=3)
+    direction = f"{'-' if sense < 0.0 else ''}{component}"
+    axes.set_xlabel(f"displacement of {boundary} along {direction} [mm]")
+    axes.set_ylabel(f"force along {direction} [N/mm]")
+    axes.legend()
+    return axes
+
+
+def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
+    """Draw the angle of the configurational force and the kink angle along each path.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of a growth run.
+
+    Returns
+    -------
+    Axes
+        Angles are taken from the tangent of the tip: both vanish where a crack runs straight on.
+    """
+    axes.axhline(0.0, color=LIGHT_GREY, lw=0.8, zorder=1)
+    for i, name in enumerate(history["tip"].values):
+        colour, marker = STYLES[i % len(STYLES)]
+        of_tip = history.sel(tip=name)
+        steps = np.hypot(np.diff(of_tip["tip_x"]), np.diff(of_tip["tip_y"]))
+        grown = np.concatenate([[0.0], np.cumsum(steps)])
+        line: dict[str, Any] = {"color": colour, "lw": 1.1, "ms": 3.0, "marker": marker}
+        axes.plot(grown, of_tip["kink_angle"], "-", label=f"{name}: largest hoop stress", **line)
+        axes.plot(
+            grown,
+            of_tip["cf_angle"],
+            "--",
+            mfc="none",
+            label=f"{name}: configurational force",
+            **line,
+        )
+    axes.set_xlabel("growth of the tip along its path [mm]")
+    axes.set_ylabel("angle from the tangent [°]")
+    axes.legend()
+    return axes
+
+
+def animate_growth(
+    frames: Path | Sequence[Path | xr.Dataset],
+    path: Path,
+    *,
+    stress: str = "von_mises",
+    per_second: float = 8.0,
+) -> Path:
+    """Write a film of the deformed grid as the cracks grow.
+
+    Parameters
+    ----------
+    frames : Path or sequence of Path or Dataset
+        Folder of a run with ``output.every``, or its fields in the order of the film. One is held
+        in memory at a time.
+    path : Path
+        A GIF file. It is written aside and renamed.
+    stress : str
+        A variable on the faces.
+    per_second : float
+        Frames per second.
+
+    Returns
+    -------
+    Path
+        Of the film. Magnification and colours are the same in all frames.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where a folder holds no fields by step.
+    """
+    if isinstance(frames, str | Path):
+        folder, frames = Path(frames), sorted(Path(frames).glob("fields_[0-9]*.nc"))
+        if not frames:
+            raise FileNotFoundError(f"{folder}: no fields by step; a run with output.every makes")
+    largest, highest = 0.0, []
+    for fields in _opened(frames):
+        last = fields.isel(time=-1)
+        u, nodes = np.column_stack([last["u_x"], last["u_y"]]), Mesh.of_fields(fields).nodes
+        largest = max(largest, float(np.hypot(*u.T).max()))
+        highest.append(np.percentile(last[stress].values, [1.0, 97.0]))
+    low, high = np.min(highest, axis=0)[0], np.median(highest, axis=0)[1]
+    factor = magnification(np.array([[largest, 0.0]]), nodes)
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (
+        matplotlib.rc_context(RC),
+        tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as aside,
+    ):
+        figure = Figure(figsize=size_around(nodes, COLOUR_BAR), layout="constrained")
+        writer = PillowWriter(fps=per_second)
+        with writer.saving(figure, Path(aside) / path.name, FILM_RESOLUTION):
+            for fields in _opened(frames):
+                figure.clear()
+                axes = figure.add_subplot()
+                draw_deformed(axes, fields, stress, factor=factor, limits=(low, high))
+                step, load = fields["time"].values[-1], fields["load_factor"].values[-1]
+                axes.set_title(f"step {step:g}, load factor {load:.3f}, displacement × {factor:g}")
+                writer.grab_frame()
+        os.replace(Path(aside) / path.name, path)
+    return path
+
+
+def _opened(frames: Sequence[Path | xr.Dataset]) -> Iterator[xr.Dataset]:
+    for frame in frames:
+        if isinstance(frame, xr.Dataset):
+            yield frame
+        else:
+            with xr.open_dataset(frame, engine="netcdf4", mask_and_scale=False) as fields:
+                yield fields
