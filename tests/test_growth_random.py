@@ -214,6 +214,7 @@ def check_history(history: Any) -> None:
         assert not np.isnan(history[name].values[here]).any(), name
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 @given(scenes())
 def test_cracks_of_random_scenes_grow_to_a_stated_end(scene: Scene) -> None:
