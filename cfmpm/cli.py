@@ -23,6 +23,8 @@ from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from cfmpm.scene import Scene
+
 log = logging.getLogger(__name__)
 
 WRONG_INPUT, FAILED, INTERRUPTED = 2, 1, 130
@@ -97,17 +99,31 @@ def run(
 ) -> None:
     """Solve a scene; write history.nc, and fields.nc if the scene has output.fields: true.
 
+    While cracks grow, the history so far is written every few seconds, and when the run breaks off.
+
     Example: cfmpm run configs/paper/single_edge_crack.yaml --set mesh.size=10
     """
     from cfmpm import simulation, summary
+    from cfmpm.keeper import Keeper
     from cfmpm.results import write_dataset
     from cfmpm.scene import load_scene
 
-    scene = load_scene(scene_file, _overrides(set_))
+    overrides = _overrides(set_)
+    scene = load_scene(scene_file, overrides)
     folder = output or Path("results") / scene.name
-    bar = not (quiet or verbose)
-    with _log_shown(verbose), _progress(simulation.PHASES, visible=bar) as announce:
-        result = simulation.run(scene, announce)
+    folder.mkdir(parents=True, exist_ok=True)
+    phases = simulation.PHASES if scene.growth is None else simulation.GROWTH_PHASES
+    keeper = Keeper(folder / "history.nc")
+    with (
+        _log_shown(verbose and not quiet),
+        _progress(phases, visible=not (quiet or verbose)) as announce,
+        _placed(scene, scene_file, overrides),
+    ):
+        try:
+            result = simulation.run(scene, announce, keeper.observe)
+        except (Exception, KeyboardInterrupt):
+            keeper.write("broken off: see the message of the run")
+            raise
     written = [folder / "history.nc"]
     write_dataset(result.history, written[0])
     if scene.output.fields:
@@ -129,8 +145,10 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
     from cfmpm.plotting.files import save_scene
     from cfmpm.scene import load_scene
 
-    scene = load_scene(scene_file, _overrides(set_))
-    start = body.build(scene)
+    overrides = _overrides(set_)
+    scene = load_scene(scene_file, overrides)
+    with _placed(scene, scene_file, overrides):
+        start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
     left_out = remarks.left_out(start.scene, bool(start.grid.tips))
     radii = [max(domain.radii) for domain in start.tip_domains]
@@ -257,6 +275,17 @@ def _progress(phases: tuple[str, ...], *, visible: bool) -> Iterator[Callable[[s
             bar.refresh()
 
         yield announce
+
+
+@contextmanager
+def _placed(scene: Scene, scene_file: Path, overrides: dict[str, Any]) -> Iterator[None]:
+    """Give problems that turn up on the grid their line in the scene file."""
+    from cfmpm.scene import placed
+
+    try:
+        yield
+    except SceneError as error:
+        raise placed(error, scene, scene_file, overrides) from None
 
 
 def _log_phase(phase: str) -> None:

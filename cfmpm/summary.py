@@ -39,20 +39,25 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
     written : sequence of Path
         The files it was written to.
     """
-    history = result.history.isel(step=-1)
+    whole = result.history
+    solved = np.flatnonzero(np.isfinite(whole["n_unknowns"].values))
+    history = whole.isel(step=solved[-1])
+    growing = result.scene.growth is not None
     blocks = [_heading(result)]
     tips = [str(name) for name in history["tip"].values]
     for first in range(0, len(tips), _TIPS_ABREAST):
-        blocks.append(_tip_table(history, tips[first : first + _TIPS_ABREAST]))
-    if tips and history.sizes["radius"] > 1:
+        some = tips[first : first + _TIPS_ABREAST]
+        blocks.append(_growth_table(whole, some) if growing else _tip_table(history, some))
+    if tips and not growing and history.sizes["radius"] > 1:
         blocks.append(
             f"In brackets: largest less smallest over {history.sizes['radius']} domain radii; the "
             "error of the grid comes on top."
         )
     blocks += _warnings(history)
-    seconds = {str(t["phase"].values): float(t) for t in history["wall_time"]}
+    seconds = {str(t["phase"].values): float(t.sum()) for t in whole["wall_time"].T}
     iterations = history.attrs["linear_iterations"]
     facts = [
+        *(_growth_facts(whole) if growing else []),
         *_sizes(result),
         ("unknowns", f"{int(history['n_unknowns'])}"),
         (
@@ -153,6 +158,61 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
         "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     )
+
+
+def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
+    """What became of each tip: quantities down, tips across."""
+    meanings = whole["tip_status"].attrs["flag_meanings"].split()
+    columns = []
+    for name in tips:
+        tip = whole.sel(tip=name)
+        steps = np.hypot(np.diff(tip["tip_x"]), np.diff(tip["tip_y"]))
+        evaluated = np.flatnonzero(np.isfinite(tip["K_I"].values))
+        first, last = (tip.isel(step=evaluated[k]) for k in (0, -1))
+        columns.append(
+            [
+                _shortened(name),
+                meanings[int(tip["tip_status"][-1])].replace("_", " at "),
+                _place(float(tip["tip_x"][0]), float(tip["tip_y"][0])),
+                _place(float(tip["tip_x"][-1]), float(tip["tip_y"][-1])),
+                f"{steps.sum():.6g}",
+                *(
+                    f"{float(first[key]):.6g} to {float(last[key]):.6g}"
+                    for key in ("K_I", "K_II", "G")
+                ),
+                f"{float(first['kink_angle']):.3f}",
+            ]
+        )
+    names = ["", "status", "from [mm]", "to [mm]", "path [mm]", "K_I [MPa mm^0.5]"]
+    names += ["K_II [MPa mm^0.5]", "G [N/mm]", "first kink angle [deg]"]
+    rows = list(zip(names, *columns, strict=True))
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return "\n".join(
+        "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
+
+
+def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
+    """How the growth went as a whole."""
+    factor = whole["load_factor"].values
+    factor = factor[np.isfinite(factor)]
+    work, stored = whole["external_work"].values, whole["strain_energy"].values
+    facts = [
+        ("ended", whole.attrs["ending"]),
+        ("increments", f"{whole.sizes['step'] - 1}"),
+    ]
+    if np.ptp(factor) > 0.0:
+        gap = np.abs(work - stored - whole["fracture_energy"].values)
+        facts += [
+            ("load factor", f"{factor[0]:.6g} at first growth, {factor.max():.6g} at most"),
+            (
+                "balance",
+                f"work less strain energy less g_c times new length is at most "
+                f"{np.nanmax(gap) / np.nanmax(np.abs(work)):.1e} of the work",
+            ),
+        ]
+    return facts
 
 
 def _place(x: float, y: float) -> str:
