@@ -14,8 +14,10 @@ import cfmpm
 from cfmpm.fields import build_fields
 from cfmpm.grid import Floats
 from cfmpm.plotting import animate_growth
+from cfmpm.record import Record
 from cfmpm.results import TIP_STATUS, write_dataset
 from cfmpm.scene import load_scene
+from cfmpm.simulation import Result, State
 
 REFERENCES = Path(__file__).parents[1] / "reference"
 # Of the history, what figures and claims are made from.
@@ -76,9 +78,14 @@ def write_film(scene_file: str, replaced: Mapping[str, Any], every: int, path: s
     """
     frames: list[xr.Dataset] = []
 
-    def keep(state: Any, record: Any) -> None:
+    def keep(state: State, record: Record) -> None:
         if (len(record.steps) - 1) % every == 0:
-            frames.append(build_fields(state))
+            history = record.history("film")
+            frames.append(
+                build_fields(
+                    Result(state.body, state.balance, state.configurational_force, history)
+                )
+            )
 
     cfmpm.run(load_scene(scene_file, replaced), observe=keep)
     animate_growth(frames, Path(path))
