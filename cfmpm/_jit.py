@@ -10,13 +10,18 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config as _config
+
+KEPT = 3
+"""Cache folders, of the newest sources, that stay when another one is made."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -47,7 +52,9 @@ def kernel(function: Function) -> Function:
     before = config.CACHE_DIR
     config.CACHE_DIR = str(folder)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        if not folder.is_dir():
+            folder.mkdir(parents=True, exist_ok=True)
+            _remove_old(folder.parent)
         compiled = numba.njit(cache=True, error_model="numpy")(function)
     except (OSError, RuntimeError):
         # An unwritable cache costs compile time, not the run.
@@ -55,3 +62,11 @@ def kernel(function: Function) -> Function:
     finally:
         config.CACHE_DIR = before
     return cast(Function, compiled)
+
+
+def _remove_old(base: Path) -> None:
+    """Remove the cache folders of older sources; one that is still in use is made again."""
+    with suppress(OSError):  # another process may be doing the same
+        folders = sorted(base.glob("kernels-*"), key=lambda path: path.stat().st_mtime)
+        for folder in folders[:-KEPT]:
+            shutil.rmtree(folder, ignore_errors=True)

@@ -13,7 +13,7 @@ from cfmpm.fracture.release import advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.meshing import triangulate
-from cfmpm.points import MaterialPoints, locate, seed
+from cfmpm.points import MaterialPoints, relocate, seed
 from cfmpm.scene import Scene, expand
 
 
@@ -146,7 +146,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     changed = np.unique(np.concatenate([step.changed for step in steps]))
     points, domains, quadrature = body.points, body.domains, body.quadrature
     if scene.growth is not None and scene.growth.transfer == "paper":
-        points = replace(points, element=locate(grid, points.position, points.element))
+        points = replace(points, element=relocate(grid, points))
         integration = points
     else:
         if domains is None or quadrature is None:
@@ -157,7 +157,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
             points, domains, quadrature = pieces.split_points(
                 points, domains, quadrature, grid, mesh.nodes[step.start], mesh.nodes[step.end]
             )
-        points = replace(points, element=locate(grid, points.position, points.element))
+        points = replace(points, element=relocate(grid, points))
         integration = _as_points(quadrature)
     try:
         loading = apply_loads(scene, grid, integration)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels import location
 
@@ -124,4 +125,32 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
         hints[lost],
         position[lost],
     )
+    return found
+
+
+def relocate(grid: Grid, points: MaterialPoints) -> Ints:
+    """Find the triangle that holds each material point, from the one that held it.
+
+    Parameters
+    ----------
+    grid : Grid
+    points : MaterialPoints
+
+    Returns
+    -------
+    (p,) int
+
+    Raises
+    ------
+    SolveError
+        Where points lie outside the grid: kernels would take -1 for its last triangle.
+    """
+    found = locate(grid, points.position, points.element)
+    lost = np.flatnonzero(found == location.OUTSIDE)
+    if lost.size:
+        x, y = points.position[lost[0]]
+        raise SolveError(
+            f"{lost.size} of {len(points)} material points have left the grid, the first at "
+            f"({x:.6g}, {y:.6g}) mm: growth has moved the grid off them; make it finer there"
+        )
     return found

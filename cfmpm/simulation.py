@@ -19,7 +19,7 @@ from cfmpm.grid import Floats, Grid
 from cfmpm.kernels.basis import basis_gradients
 from cfmpm.loading import Loading
 from cfmpm.materials import lame_constants, region_materials
-from cfmpm.points import MaterialPoints, locate
+from cfmpm.points import MaterialPoints, relocate
 from cfmpm.record import Record
 from cfmpm.scene import Scene
 
@@ -125,7 +125,7 @@ def run(
     while True:
         grid, points, loading = body.grid, body.integration, body.loading
         with clock("points"):  # step 2: triangles of the points, basis gradients
-            points.element = locate(grid, points.position, points.element)
+            points.element = relocate(grid, points)
             gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
         with clock("stiffness"):  # step 3
             stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)

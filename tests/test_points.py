@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from structured import rectangle
 
+from cfmpm.errors import SolveError
 from cfmpm.grid import build_grid
 from cfmpm.kernels.location import OUTSIDE
-from cfmpm.points import locate, seed
+from cfmpm.points import locate, relocate, seed
 
 
 def hull_test(corners, x):
@@ -125,3 +126,12 @@ def test_strongly_graded_grids_are_searched_too():
     graded = build_grid(type(triangulation)(**{**triangulation.__dict__, "nodes": nodes}), "T3")
     centroids = graded.nodes[graded.triangles].mean(axis=1)
     np.testing.assert_array_equal(locate(graded, centroids), np.arange(len(centroids)))
+
+
+def test_points_that_leave_the_grid_are_counted():
+    grid = build_grid(rectangle(4, 3), "T6")
+    points = seed(grid)
+    np.testing.assert_array_equal(relocate(grid, points), points.element)
+    points.position[[3, 7]] += 100.0
+    with pytest.raises(SolveError, match=rf"2 of {len(points)} material points have left the grid"):
+        relocate(grid, points)
