@@ -9,6 +9,7 @@ import numpy as np
 
 from cfmpm import pieces
 from cfmpm.fracture.domains import Domains, choose_domains
+from cfmpm.fracture.refinement import refine
 from cfmpm.fracture.release import advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
@@ -136,14 +137,18 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     scene, mesh = body.scene, body.triangulation
     tips = {tip.name: tip for tip in body.grid.tips}
     steps = []
+    refined = [np.empty(0, np.int64)]
     for name, direction in running.items():
         tip = tips[name]
         # One that ran before it in this increment may have come to it.
         if is_tip(mesh, tip.crack, tip.end):
+            if scene.fracture.refine is not None:
+                mesh, parts = refine(mesh, tip.path[0], scene.fracture.refine)
+                refined.append(parts)
             steps.append(advance(mesh, tip.crack, tip.end, direction))
             mesh = steps[-1].triangulation
     grid = _with_names(build_grid(mesh, scene.mesh.element), body.grid)
-    changed = np.unique(np.concatenate([step.changed for step in steps]))
+    changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
     points, domains, quadrature = body.points, body.domains, body.quadrature
     if scene.growth is not None and scene.growth.transfer == "paper":
         points = replace(points, element=relocate(grid, points))

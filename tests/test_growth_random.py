@@ -145,6 +145,7 @@ def scenes(draw: st.DrawFn) -> Scene:
             "size": size,
             "grading": draw(st.sampled_from(["uniform", {"tip_size": 0.4 * size, "growth": 0.5}])),
         },
+        "fracture": draw(st.sampled_from([{}, {}, {"refine": 0.3}])),
         "growth": {
             "control": draw(st.sampled_from(["load", "crack"])),
             "criterion": draw(st.sampled_from(["cf_norm", "energy_release_rate"])),

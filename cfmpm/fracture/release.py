@@ -148,6 +148,55 @@ def triangle_quality(nodes: Floats, triangles: Ints) -> Floats:
     return 2.0 * np.sqrt(3.0) * (ux * vy - uy * vx) / squares
 
 
+def split_side(
+    mesh: Triangulation, stars: tuple[Ints, Ints], pair: tuple[int, int], place: float
+) -> tuple[Triangulation, Ints]:
+    """Split a side and the triangles on both sides of it by a new node, the last one.
+
+    Parameters
+    ----------
+    mesh : Triangulation
+    stars
+        From `topology.node_stars` of its triangles.
+    pair : (int, int)
+        The ends of the side.
+    place : float
+        Of the new node, from 0 at the first end to 1 at the second one.
+
+    Returns
+    -------
+    Triangulation
+        Each triangle that is split keeps its number for one part; the other one is appended.
+    changed : (k,) int
+        The parts.
+    """
+    first, second = pair
+    new = len(mesh.nodes)
+    at = (1 - place) * mesh.nodes[first] + place * mesh.nodes[second]
+    half_edges = [
+        int(topology.find_half_edge(mesh.triangles, *stars, *ends))
+        for ends in ((first, second), (second, first))
+    ]
+    triangles, added, regions, changed = mesh.triangles.copy(), [], [], []
+    for half_edge in (h for h in half_edges if h >= 0):
+        triangle, side = half_edge // 3, half_edge % 3
+        a, b, c = (int(mesh.triangles[triangle, (side + k) % 3]) for k in range(3))
+        triangles[triangle] = (a, new, c)
+        added.append((new, b, c))
+        regions.append(mesh.regions[triangle])
+        changed.append(triangle)
+    changed += range(len(triangles), len(triangles) + len(added))
+    halved = replace(
+        mesh,
+        nodes=np.vstack([mesh.nodes, at]),
+        triangles=np.vstack([triangles, added]),
+        regions=np.concatenate([mesh.regions, regions]),
+        edges={name: _halved(p, first, second, new) for name, p in mesh.edges.items()},
+        cracks={name: _halved(p, first, second, new) for name, p in mesh.cracks.items()},
+    )
+    return halved, np.array(changed)
+
+
 class _Star:
     """The triangles around a tip."""
 
@@ -157,8 +206,8 @@ class _Star:
         self.tip = _end_node(triangulation, crack, end)
         self.fixed = fixed_nodes(triangulation)
         triangles = triangulation.triangles
-        self.offsets, self.half_edges = topology.node_stars(triangles, len(triangulation.nodes))
-        around = self.half_edges[self.offsets[self.tip] : self.offsets[self.tip + 1]]
+        self.stars = topology.node_stars(triangles, len(triangulation.nodes))
+        around = self._around(self.tip)
         self.sides = np.column_stack(
             [triangles[around // 3, (around + 1) % 3], triangles[around // 3, (around + 2) % 3]]
         )
@@ -209,9 +258,10 @@ class _Star:
             node = ends[i]
             if self.fixed[node]:
                 continue
-            around = self.half_edges[self.offsets[node] : self.offsets[node + 1]] // 3
             option = self._with_best_length(
-                _Option(self.mesh, around, node), float(np.hypot(*away[i])), direction
+                _Option(self.mesh, self._around(node) // 3, node),
+                float(np.hypot(*away[i])),
+                direction,
             )
             yield option
             if option.quality >= GOOD:
@@ -219,34 +269,11 @@ class _Star:
 
     def split(self, first: int, second: int, place: float, direction: Floats) -> Iterator[_Option]:
         """Split a side, and the triangles on both sides of it, where the direction crosses it."""
-        mesh = self.mesh
-        new = len(mesh.nodes)
-        at = (1 - place) * mesh.nodes[first] + place * mesh.nodes[second]
-        star = mesh.triangles, self.offsets, self.half_edges
-        beside = [
-            int(topology.find_half_edge(*star, *pair))
-            for pair in ((first, second), (second, first))
-        ]
-        triangles, added, regions, changed = mesh.triangles.copy(), [], [], []
-        for half_edge in (h for h in beside if h >= 0):
-            triangle, side = half_edge // 3, half_edge % 3
-            a, b, c = (int(mesh.triangles[triangle, (side + k) % 3]) for k in range(3))
-            triangles[triangle] = (a, new, c)
-            added.append((new, b, c))
-            regions.append(mesh.regions[triangle])
-            changed.append(triangle)
-        changed += range(len(triangles), len(triangles) + len(added))
-        halved = replace(
-            mesh,
-            nodes=np.vstack([mesh.nodes, at]),
-            triangles=np.vstack([triangles, added]),
-            regions=np.concatenate([mesh.regions, regions]),
-            edges={name: _halved(p, first, second, new) for name, p in mesh.edges.items()},
-            cracks={name: _halved(p, first, second, new) for name, p in mesh.cracks.items()},
-        )
-        option = _Option(halved, np.array(changed), new)
-        if not self.is_wall(first, second) and len(set(regions)) == 1:
-            length = float(np.hypot(*(at - self.origin)))
+        new = len(self.mesh.nodes)
+        halved, changed = split_side(self.mesh, self.stars, (first, second), place)
+        option = _Option(halved, changed, new)
+        if not self.is_wall(first, second) and len(set(halved.regions[changed])) == 1:
+            length = float(np.hypot(*(halved.nodes[new] - self.origin)))
             option = self._with_best_length(option, length, direction)
         yield option
 
@@ -276,6 +303,11 @@ class _Star:
             deviation=_angle(option.mesh.nodes[option.node] - self.origin, asked),
             quality=option.quality,
         )
+
+    def _around(self, node: int) -> Ints:
+        """Half-edges that leave a node."""
+        offsets, half_edges = self.stars
+        return half_edges[offsets[node] : offsets[node + 1]]
 
     def _extended(self, option: _Option) -> Triangulation:
         pairs = option.mesh.cracks[self.crack]

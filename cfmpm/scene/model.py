@@ -376,6 +376,11 @@ class Fracture(Model):
     ] = Field(
         1, description="domain radii [mm], or how many are to be chosen; the spread needs two"
     )
+    refine: Length | None = Field(
+        None,
+        description="largest element at a tip that runs [mm]: before each release larger ones "
+        "around it are halved, up to 0.3 of the distance further away; left out: none are",
+    )
 
     @model_validator(mode="after")
     def _different(self) -> Self:
