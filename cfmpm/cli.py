@@ -167,9 +167,10 @@ def plot(
         typer.Option(metavar="DIR", help="folder to write to; default: that of the result"),
     ] = None,
 ) -> None:
-    """Draw a result: scene.png, deformed.png and cf_<tip>.png for each tip.
+    """Draw a result: scene.png, deformed.png and cf_<tip>.png for each tip; paths.png of growth.
 
-    Without fields.nc the scene is solved again, from the configuration stored in history.nc.
+    Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
+    cracks grew, deformed.png and cf_<tip>.png are then left out.
 
     Example: cfmpm plot results/single_edge_crack
     """
@@ -181,26 +182,28 @@ def plot(
     source = result / "history.nc" if result.is_dir() else result
     history = _read_result(source, "domain_radius")
     scene = scene_from_dict(_stored_config(history, source), f"{source}: config")
+    folder = output or source.parent
     fields_file = source.parent / "fields.nc"
     fields = _read_result(fields_file, "face_nodes") if fields_file.exists() else None
     if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
         typer.echo(f"{fields_file} belongs to another run: not used", err=True)
         fields = None
-    state: body.Body | simulation.Result
-    if fields is None:
+    if fields is None and scene.growth is None:
         typer.echo(f"no fields of this run: solving {scene.name} again", err=True)
-        state = simulation.run(scene, _log_phase)
-        fields = build_fields(state)
+        solved = simulation.run(scene, _log_phase)
+        fields, state = build_fields(solved), solved.body
     else:
         state = body.build(scene)
 
-    folder = output or source.parent
-    radii = [float(of_tip.max()) for of_tip in history["domain_radius"].values[-1]]
-    written = [
-        files.save_scene(folder, state.scene, state.grid, state.loading, radii),
-        files.save_deformed(folder, fields),
-        *files.save_tip_forces(folder, fields, history),
-    ]
+    radii = [max(domain.radii) for domain in state.tip_domains]
+    written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
+    if scene.growth is not None:
+        written += files.save_growth(folder, history, scene)
+    if fields is None:
+        typer.echo("no fields of this run: output.fields: true keeps those of its end", err=True)
+    else:
+        written.append(files.save_deformed(folder, fields))
+        written += files.save_tip_forces(folder, fields, history)
     for path in written:
         typer.echo(path)
 

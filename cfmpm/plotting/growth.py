@@ -251,7 +251,8 @@ def animate_growth(
         tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as aside,
     ):
         figure = Figure(figsize=size_around(nodes, COLOUR_BAR), layout="constrained")
-        writer = PillowWriter(fps=per_second)
+        # Pillow takes a fraction, whatever matplotlib has typed.
+        writer = PillowWriter(fps=per_second)  # type: ignore[arg-type]
         with writer.saving(figure, Path(aside) / path.name, FILM_RESOLUTION):
             for fields in _opened(frames):
                 figure.clear()
