@@ -36,13 +36,14 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *contradictions(scene),
             *swallowed_loads(scene),
             *_toughness(scene, "mesh_file", scene.mesh_file.regions),
+            *_refinement(scene),
         ]
     whole = expand(scene)
     geometry = whole.geometry
     assert geometry is not None
     found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
     found += [*contradictions(whole), *swallowed_loads(whole)]
-    found += _toughness(scene, "geometry", geometry.regions)
+    found += [*_toughness(scene, "geometry", geometry.regions), *_refinement(scene)]
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
@@ -100,6 +101,19 @@ def _repeated(key: str, names: Sequence[str | None]) -> Iterator[Finding]:
     for i, name in enumerate(names):
         if name is not None and name in names[:i]:
             yield key.format(i), f"{name} is a name already in use"
+
+
+def _refinement(scene: Scene) -> Iterator[Finding]:
+    """Refinement of a grid that nothing changes, or whose new triangles would stay empty."""
+    if scene.fracture.refine is None:
+        return
+    if scene.growth is None:
+        yield "fracture.refine", "acts before a release: it needs growth"
+    elif scene.growth.transfer == "paper":
+        yield (
+            "fracture.refine",
+            "needs growth.transfer: domains; paper leaves halved triangles without points",
+        )
 
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:

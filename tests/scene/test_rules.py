@@ -69,6 +69,16 @@ def test_growth_needs_the_toughness_of_every_material(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("growth", "fragment"),
+    [("", "needs growth"), ("growth: {transfer: paper}\n", "needs growth.transfer: domains")],
+)
+def test_refinement_needs_growth_by_domains(growth: str, fragment: str, tmp_path: Path) -> None:
+    text = plate(cracks=CRACK, fracture="{refine: 1}") + growth
+    text = text.replace("nu: 0.3}", "nu: 0.3, g_c: 1}")
+    assert_refused_once(text, tmp_path, "fracture.refine", LINE["fracture"], fragment)
+
+
 def mesh_scene(mesh_file: str, loads: str = "[{edge: top, traction: [0, 1]}]") -> str:
     return f"name: m\nmaterial: {{E: 1, nu: 0}}\nmesh_file: {{{mesh_file}}}\nloads: {loads}\n"
 
