@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -17,6 +16,7 @@ from cfmpm.kernels import assembly, basis
 from cfmpm.points import MaterialPoints
 from cfmpm.scene.model import Load, Scene
 from cfmpm.segments import Segments, find_segments, nodes_and_weights
+from cfmpm.solvers import rigid_body_modes
 
 # Loads are in equilibrium when their resultant is below this part of the sum of their moduli.
 BALANCE = 1e-9
@@ -218,25 +218,25 @@ def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats
     for part in range(element_part.max() + 1):
         nodes = np.flatnonzero(node_part == part) if element_part.any() else slice(None)
         x = grid.nodes[nodes]
-        x = (x - x.mean(axis=0)) / np.ptp(x, axis=0).max()
         # Rows are (node, component), columns the two translations and the rotation.
-        modes = np.zeros((len(x), 2, 3))
-        modes[:, 0, 0] = modes[:, 1, 1] = 1.0
-        modes[:, 0, 2], modes[:, 1, 2] = -x[:, 1], x[:, 0]
-        fixed = modes[prescribed[nodes]]
-        _, sizes, directions = np.linalg.svd(fixed.T @ fixed)
+        modes = rigid_body_modes(x, np.ones(x.shape, bool))
+        fixed = modes[prescribed[nodes].ravel()]
+        # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
+        _, sizes, directions = np.linalg.svd(np.einsum("ki,kj->ij", fixed, fixed))
         loose = directions[sizes <= 1e-12 * max(1.0, len(fixed))]
         if len(loose) == 0:
             continue
-        resultant = np.einsum("nim,ni->m", modes, force[nodes])
+        resultant = np.einsum("km,k->m", modes, force[nodes].ravel())
         scale = np.abs(force[nodes]).sum()
         if np.abs(loose @ resultant).max() > BALANCE * scale:
             raise UnheldError([Problem(_unheld(grid, nodes, force[nodes]), "loads")])
-        motions = modes.reshape(-1, 3) @ loose.T
-        _, order = qr(motions.T, mode="r", pivoting=True)
-        chosen = order[: len(loose)]
-        where = np.arange(len(grid.nodes))[nodes][chosen // 2]
-        prescribed[where, chosen % 2] = True
+        motions = np.einsum("km,lm->kl", modes, loose)
+        for _ in loose:
+            # Hold what moves most, and take from all others what that holds of them.
+            chosen = int((motions**2).sum(axis=1).argmax())
+            prescribed[np.arange(len(grid.nodes))[nodes][chosen // 2], chosen % 2] = True
+            along = motions[chosen] / np.hypot.reduce(motions[chosen])
+            motions = motions - np.einsum("kl,l->k", motions, along)[:, None] * along
         held += len(loose)
     return held
 

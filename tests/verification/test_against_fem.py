@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
@@ -9,8 +12,10 @@ from scipy.sparse.linalg import splu
 import cfmpm
 from cfmpm.scene.reading import scene_from_dict
 
-skfem = pytest.importorskip("skfem")
-from skfem.models.elasticity import lame_parameters, linear_elasticity  # noqa: E402
+pytest.importorskip("skfem")
+# The workflow is no installed package: it is used from its checkout.
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from workflows.reference_fem import Plate, assemble
 
 E, NU = 210e3, 0.3
 
@@ -30,31 +35,33 @@ def edge_cracked_plate(element, loads=None, **more):
     return cfmpm.run(scene_from_dict(scene))
 
 
-def independent_solution(grid, fixed, values, force):
-    """Solve by scikit-fem on the nodes of the grid; displacement (n, 2) and strain energy."""
+def independent_system(grid, traction):
+    """The equations by scikit-fem on the same grid, and the degrees of freedom of each node."""
     order = grid.elements.shape[1] // 3
-    mesh = skfem.MeshTri(grid.nodes[: grid.n_corners].T, grid.triangles.T, sort_t=False)
-    element = skfem.ElementVector(skfem.ElementTriP1() if order == 1 else skfem.ElementTriP2())
-    basis = skfem.Basis(mesh, element, intorder=2 * (order - 1))
-    stiffness = skfem.asm(linear_elasticity(*lame_parameters(E, NU)), basis)
+    plate = Plate(grid.nodes[: grid.n_corners], grid.triangles, E, NU, traction)
+    system = assemble(plate, order)
     # Match the degrees of freedom by element, for crack faces share their coordinates.
     dofs = np.empty((len(grid.nodes), 2), int)
-    local = basis.element_dofs
+    local = system.basis.element_dofs
     for k in range(3):
         dofs[grid.elements[:, k]] = local[2 * k : 2 * k + 2].T
     if order == 2:
         # scikit-fem numbers middles by facet: sides 01, 12 and 02 of each triangle.
         for k in range(3):
             dofs[grid.elements[:, 3 + k]] = local[6 + 2 * k : 8 + 2 * k].T
-    place = basis.doflocs[:, dofs[:, 0]].T
-    np.testing.assert_allclose(place, grid.nodes, atol=1e-9)
-    f, u = np.zeros(stiffness.shape[0]), np.zeros(stiffness.shape[0])
-    f[dofs] = force
+    place = system.basis.doflocs[:, dofs[:, 0]].T
+    np.testing.assert_allclose(place, grid.nodes, rtol=0, atol=1e-11)
+    return system, dofs
+
+
+def independent_solution(system, dofs, fixed, values):
+    """Displacement (n, 2) and strain energy."""
+    matrix = system.stiffness.tocsr()
+    u = np.zeros(matrix.shape[0])
     u[dofs[fixed]] = values[fixed]
     free = np.ones(len(u), bool)
     free[dofs[fixed]] = False
-    matrix = stiffness.tocsr()
-    u[free] = splu(matrix[free][:, free].tocsc()).solve((f - matrix @ u)[free])
+    u[free] = splu(matrix[free][:, free].tocsc()).solve((system.load - matrix @ u)[free])
     return u[dofs], 0.5 * u @ (matrix @ u)
 
 
@@ -73,11 +80,12 @@ def independent_solution(grid, fixed, values, force):
 def test_same_grid_same_answer(element, loads):
     result = edge_cracked_plate(element, loads)
     grid = result.grid
-    from cfmpm.loading import apply_loads
-    from cfmpm.points import seed
-
-    loading = apply_loads(result.scene, grid, seed(grid))
-    u, energy = independent_solution(grid, loading.prescribed, loading.displacement, loading.force)
+    system, dofs = independent_system(grid, 10.0 if loads is None else 0.0)
+    loading = result.loading
+    np.testing.assert_allclose(
+        loading.force, system.load[dofs], rtol=0, atol=1e-15 * 10.0 * np.ptp(grid.nodes[:, 0])
+    )
+    u, energy = independent_solution(system, dofs, loading.prescribed, loading.displacement)
     scale = np.abs(u).max()
     np.testing.assert_allclose(result.displacement, u, rtol=0, atol=1e-12 * scale)
     assert float(result.history.strain_energy[0]) == pytest.approx(energy, rel=1e-12)
