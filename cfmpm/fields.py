@@ -197,6 +197,7 @@ _SHARED_ATTRIBUTES = (
     "config",
     "config_hash",
     "versions",
+    "threads",
 )
 
 
