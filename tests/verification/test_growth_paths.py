@@ -137,6 +137,7 @@ def test_two_cracks_pass_the_near_holes_and_end_in_the_far_ones():
     assert left[-1, 1] == pytest.approx(4.8, abs=0.2)
 
 
+@pytest.mark.slow
 def test_path_of_the_two_cracks_depends_on_sideways_support_but_not_on_modulus():
     rollers = [
         {"edge": "bottom", "displacement": {"y": -1}},

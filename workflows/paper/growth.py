@@ -11,13 +11,9 @@ import numpy as np
 import xarray as xr
 
 import cfmpm
-from cfmpm.fields import build_fields
 from cfmpm.grid import Floats
-from cfmpm.plotting import animate_growth
-from cfmpm.record import Record
 from cfmpm.results import TIP_STATUS, write_dataset
 from cfmpm.scene import load_scene
-from cfmpm.simulation import Result, State
 
 REFERENCES = Path(__file__).parents[1] / "reference"
 # Of the history, what figures and claims are made from.
@@ -61,34 +57,6 @@ def write_growth(
     dataset["ending"] = ("variant", endings)
     dataset["config"] = ("variant", configs)
     write_dataset(dataset, Path(path))
-
-
-def write_film(scene_file: str, replaced: Mapping[str, Any], every: int, path: str | Path) -> None:
-    """Film the growth of one variant.
-
-    Parameters
-    ----------
-    scene_file : str
-    replaced : mapping
-        As in `write_growth`.
-    every : int
-        Of how many increments one is shown.
-    path : Path
-        Of the GIF file.
-    """
-    frames: list[xr.Dataset] = []
-
-    def keep(state: State, record: Record) -> None:
-        if (len(record.steps) - 1) % every == 0:
-            history = record.history("film")
-            frames.append(
-                build_fields(
-                    Result(state.body, state.balance, state.configurational_force, history)
-                )
-            )
-
-    cfmpm.run(load_scene(scene_file, replaced), observe=keep)
-    animate_growth(frames, Path(path))
 
 
 def tip_path(dataset: xr.Dataset, variant: str, tip: str | None = None) -> Floats:

@@ -34,7 +34,7 @@ rule film:
     input:
         scene=scene_of_study,
         compiled=rules.warm_up.output.stamp,
-        code=["workflows/paper/growth.py", *PLOTTING],
+        code=["workflows/paper/film.py", *PLOTTING],
     output:
         film=report(
             "results/paper/{study}.gif",

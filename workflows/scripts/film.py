@@ -1,5 +1,5 @@
 from workflows.job import job
-from workflows.paper.growth import write_film
+from workflows.paper.film import write_film
 
 with job(snakemake):
     write_film(snakemake.input.scene, **snakemake.params.film, path=snakemake.output.film)
