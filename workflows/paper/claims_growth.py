@@ -139,7 +139,7 @@ def shear_path(e: Evidence) -> list[Claim]:
     }.items():
         path = tip_path(e.shear, name)
         run = steps(e.shear, name)
-        missed = np.interp(x, *path.T) - y
+        missed = np.interp(x, path[:, 0], path[:, 1]) - y
         claims.append(
             Claim(
                 f"5.3 Path under shear, {label}, {int(run.n_points[0])} points",
@@ -167,7 +167,7 @@ def holes_path(e: Evidence) -> list[Claim]:
         run = steps(e.holes, name)
         left = tip_path(e.holes, name, "left_crack")
         right = [20.0, 10.0] - tip_path(e.holes, name, "right_crack")
-        missed = [np.interp(x, *path.T, right=np.nan) - y for path in (left, right)]
+        missed = [np.interp(x, path[:, 0], path[:, 1], right=np.nan) - y for path in (left, right)]
         ends = [_arrival(run, tip) for tip in ("left_crack", "right_crack")]
         near = float(np.nanmax(np.abs(missed))) if np.isfinite(missed).all() else np.inf
         claims.append(
