@@ -39,7 +39,6 @@ def test_everything_is_there(reproduced):
     folder, _ = reproduced
     for name in (*SECTION, "fig4.png", "fig5.png", "fig6.png", "fig7.png", "section_5_1.html"):
         assert (folder / "results/paper" / name).stat().st_size > 0
-    assert (folder / "results/performance/work_precision.png").exists()
 
 
 def test_second_call_does_nothing(reproduced, snakemake):

@@ -6,7 +6,6 @@ REPRODUCED = [
     "results/paper/section_5_1.html",
     "results/paper/sections_5_2_to_5_5.html",
     *expand("results/paper/{study}.gif", study=STUDIES),
-    "results/performance/work_precision.png",
 ]
 
 
