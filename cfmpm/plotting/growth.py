@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cfmpm.grid import Floats, Grid
 from cfmpm.plotting.curves import STYLES
@@ -35,14 +36,15 @@ from cfmpm.plotting.style import (
     length_axes,
     size_around,
 )
+from cfmpm.results import TIP_STATUS
 from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Scene
 
 # Colour and dashes both differ, so that the parts are told apart without colour too.
 PARTS = {
-    "stable": (BLUE, "-", "stable: the load has to rise"),
-    "unstable": (ORANGE, (0, (5, 1.5)), "unstable: the load falls, the displacement rises"),
-    "snap_back": (VERMILLION, (0, (1.5, 1)), "snap-back: load and displacement fall"),
+    "stable": (BLUE, "-", "stable: the load rises"),
+    "unstable": (ORANGE, (0, (5, 1.5)), "unstable: the load falls"),
+    "snap_back": (VERMILLION, (0, (1.5, 1)), "snap-back"),
     "undefined": (GREY, ":", "under the load as it is"),
 }
 FILM_RESOLUTION = 100  # dots per inch
@@ -147,22 +149,26 @@ def draw_load_displacement(
     points = sense * np.column_stack([motion, force])
     axes.plot(*np.array([(0.0, 0.0), points[0]]).T, color=BLACK, lw=1.1, label="no growth")
     flags = history["stability"]
-    meanings = flags.attrs["flag_meanings"].split()
-    segments = np.stack([points[:-1], points[1:]], axis=1)
-    for name, (colour, dashes, label) in PARTS.items():
-        chosen = flags.values[:-1] == meanings.index(name)
-        if chosen.any():
-            axes.add_collection(
-                LineCollection(
-                    list(segments[chosen]), colors=colour, linestyles=[dashes], lw=1.6, label=label
-                )
-            )
+    parts = np.array(flags.attrs["flag_meanings"].split())[flags.values[:-1]]
+    named: set[str] = set()
+    for first, last in _runs(parts):
+        colour, dashes, label = PARTS[parts[first]]
+        shown = "_" if parts[first] in named else label
+        named.add(parts[first])
+        axes.plot(*points[first : last + 1].T, color=colour, ls=dashes, lw=1.6, label=shown)
     axes.plot(*points.T, "o", color=BLACK, ms=2.0, zorder=3)
     direction = f"{'-' if sense < 0.0 else ''}{component}"
     axes.set_xlabel(f"displacement of {boundary} along {direction} [mm]")
     axes.set_ylabel(f"force along {direction} [N/mm]")
     axes.legend()
     return axes
+
+
+def _runs(words: NDArray[np.str_]) -> list[tuple[int, int]]:
+    """First index, and the one after the last, of each run of equal words."""
+    ends = np.flatnonzero(words[1:] != words[:-1]) + 1
+    bounds = [0, *ends.tolist(), len(words)]
+    return [(a, b) for a, b in pairwise(bounds) if b > a]
 
 
 def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
@@ -178,6 +184,7 @@ def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
     -------
     Axes
         Angles are taken from the tangent of the tip: both vanish where a crack runs straight on.
+        Increments in which a tip waits for another one are left out.
     """
     axes.axhline(0.0, color=LIGHT_GREY, lw=0.8, zorder=1)
     for i, name in enumerate(history["tip"].values):
@@ -185,16 +192,14 @@ def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
         of_tip = history.sel(tip=name)
         steps = np.hypot(np.diff(of_tip["tip_x"]), np.diff(of_tip["tip_y"]))
         grown = np.concatenate([[0.0], np.cumsum(steps)])
+        runs = of_tip["tip_status"].values == TIP_STATUS.index("growing")
         line: dict[str, Any] = {"color": colour, "lw": 1.1, "ms": 3.0, "marker": marker}
-        axes.plot(grown, of_tip["kink_angle"], "-", label=f"{name}: largest hoop stress", **line)
-        axes.plot(
-            grown,
-            of_tip["cf_angle"],
-            "--",
-            mfc="none",
-            label=f"{name}: configurational force",
-            **line,
-        )
+        for angle, called, dashes, inside in (
+            ("kink_angle", "largest hoop stress", "-", colour),
+            ("cf_angle", "configurational force", "--", "none"),
+        ):
+            values, label = of_tip[angle].values[runs], f"{name}: {called}"
+            axes.plot(grown[runs], values, dashes, mfc=inside, label=label, **line)
     axes.set_xlabel("growth of the tip along its path [mm]")
     axes.set_ylabel("angle from the tangent [°]")
     axes.legend()

@@ -1,0 +1,154 @@
+"""Pictures of growth by the data in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+from structured import rectangle
+
+from cfmpm.fields import build_fields
+from cfmpm.grid import build_grid
+from cfmpm.plotting import animate_growth, draw_angles, draw_load_displacement, draw_paths
+from cfmpm.plotting.growth import PARTS, tip_path
+from cfmpm.results import TIP_STATUS
+from cfmpm.scene import expand, scene_from_dict
+from cfmpm.simulation import run
+
+SCENE = {
+    "name": "plate",
+    "family": {
+        "kind": "plate_with_holes",
+        "width": 20,
+        "height": 10,
+        "holes": [{"centre": [15, 5], "radius": 2}],
+        "cracks": [{"points": [[0, 5], [3, 5]]}],
+    },
+    "material": {"E": 210e3, "nu": 0.3, "g_c": 1.0},
+    "loads": [
+        {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
+        {"edge": "top", "displacement": {"x": 0, "y": 0.01}},
+    ],
+    "mesh": {"element": "T3", "size": 1},
+    "growth": {"control": "crack", "increments": 3},
+}
+
+
+def history_of(flags: list[int], force: list[float], motion: list[float]) -> xr.Dataset:
+    """Two tips, of which the second one waits for a step; one loaded part."""
+    n = len(flags)
+    growing, stopped = TIP_STATUS.index("growing"), TIP_STATUS.index("stopped")
+    status = np.column_stack([[growing] * n, [stopped] + [growing] * (n - 1)])
+    x = np.column_stack([np.arange(n), [9.0, 9.0, *(9.0 - np.arange(1.0, n - 1))]])
+    angle = np.arange(2.0 * n).reshape(n, 2)
+    return xr.Dataset(
+        {
+            "tip_x": (("step", "tip"), x),
+            "tip_y": (("step", "tip"), np.zeros((n, 2))),
+            "tip_status": (("step", "tip"), status),
+            "kink_angle": (("step", "tip"), angle),
+            "cf_angle": (("step", "tip"), -angle),
+            "stability": ("step", flags, {"flag_meanings": " ".join(reversed(PARTS))}),
+            "reaction_x": (("step", "boundary"), np.zeros((n, 1))),
+            "displacement_x": (("step", "boundary"), np.zeros((n, 1))),
+            "reaction_y": (("step", "boundary"), np.array(force)[:, None]),
+            "displacement_y": (("step", "boundary"), np.array(motion)[:, None]),
+        },
+        {"tip": ["left", "right"], "boundary": ["top"]},
+    )
+
+
+@pytest.fixture
+def axes() -> Axes:
+    return Figure().add_subplot()
+
+
+@pytest.fixture
+def history() -> xr.Dataset:
+    words = list(reversed(PARTS))
+    names = ["stable", "stable", "unstable", "snap_back", "undefined"]
+    return history_of(
+        [words.index(name) for name in names],
+        [-1.0, -1.5, -2.0, -1.8, -1.0],
+        [-0.1, -0.2, -0.3, -0.4, -0.3],
+    )
+
+
+def lines(axes: Axes) -> dict[str, np.ndarray]:
+    return {str(line.get_label()): np.column_stack(line.get_data()) for line in axes.lines}
+
+
+def test_a_path_has_each_place_once(history: xr.Dataset) -> None:
+    assert tip_path(history, "left").tolist() == [[k, 0.0] for k in range(5)]
+    assert tip_path(history, "right").tolist() == [[x, 0.0] for x in (9.0, 8.0, 7.0, 6.0)]
+
+
+@pytest.mark.parametrize("kind", ["scene", "grid"])
+def test_paths_lie_over_the_body(axes: Axes, history: xr.Dataset, kind: str) -> None:
+    scene = expand(scene_from_dict(SCENE))
+    grid = build_grid(rectangle(6, 4, 20.0, 10.0, crack=(2, 0, 3)), "T3")
+    draw_paths(axes, history, scene if kind == "scene" else grid, {"Smith": [[1, 2], [3, 4]]})
+    shown = lines(axes)
+    np.testing.assert_array_equal(shown["left"], tip_path(history, "left"))
+    np.testing.assert_array_equal(shown["Smith"], [[1, 2], [3, 4]])
+    low, high = axes.get_xlim()
+    assert low <= 0 and high >= 20
+
+
+def test_a_hole_of_the_outline_stays_empty(axes: Axes, history: xr.Dataset) -> None:
+    draw_paths(axes, history, expand(scene_from_dict(SCENE)))
+    (path,) = axes.collections[0].get_paths()
+    codes = np.asarray(path.codes)
+    assert (codes == path.MOVETO).sum() == 2  # the outline and one hole
+
+
+def test_parts_of_the_equilibrium_path_are_told_apart(axes: Axes, history: xr.Dataset) -> None:
+    draw_load_displacement(axes, history, "top")
+    shown = lines(axes)
+    # Positive along the first force.
+    np.testing.assert_allclose(shown["no growth"], [[0, 0], [0.1, 1.0]])
+    np.testing.assert_allclose(shown[PARTS["stable"][2]], [[0.1, 1], [0.2, 1.5], [0.3, 2]])
+    np.testing.assert_allclose(shown[PARTS["unstable"][2]], [[0.3, 2], [0.4, 1.8]])
+    np.testing.assert_allclose(shown[PARTS["snap_back"][2]], [[0.4, 1.8], [0.3, 1.0]])
+    assert PARTS["undefined"][2] not in shown
+    assert axes.get_xlabel() == "displacement of top along -y [mm]"
+
+
+def test_a_part_that_comes_back_is_named_once(axes: Axes, history: xr.Dataset) -> None:
+    history["stability"][:] = [3, 2, 3, 2, 0]
+    draw_load_displacement(axes, history, "top")
+    labels = axes.get_legend_handles_labels()[1]
+    assert len(labels) == len(set(labels)) == 3
+
+
+def test_one_state_alone_can_be_drawn(axes: Axes, history: xr.Dataset) -> None:
+    draw_load_displacement(axes, history.isel(step=[0]), "top")
+    assert set(axes.get_legend_handles_labels()[1]) == {"no growth"}
+
+
+def test_angles_stand_where_the_tip_ran(axes: Axes, history: xr.Dataset) -> None:
+    draw_angles(axes, history)
+    shown = lines(axes)
+    right = shown["right: largest hoop stress"]
+    assert right[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0]  # the waiting step is left out
+    assert right[:, 1].tolist() == [3.0, 5.0, 7.0, 9.0]
+    assert (shown["left: configurational force"][:, 1] <= 0.0).all()
+
+
+def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
+    result = run(scene_from_dict(SCENE))
+    fields = build_fields(result)
+    path = animate_growth([fields, fields.assign_coords(time=[7.0])], tmp_path / "deep" / "film.gif")
+    with Image.open(path) as film:
+        assert film.n_frames == 2
+    assert [p.name for p in path.parent.iterdir()] == ["film.gif"]
+
+
+def test_a_film_of_nothing_says_what_makes_fields(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"output\.every"):
+        animate_growth(tmp_path, tmp_path / "film.gif")
