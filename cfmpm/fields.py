@@ -1,50 +1,75 @@
-"""The last state of a run as the content of one UGRID file."""
+"""A state of balance as the content of one UGRID file."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from cfmpm.grid import Floats, Grid, Ints
+from cfmpm import equilibrium
+from cfmpm.grid import Floats, Grid, Ints, Triangulation
+from cfmpm.kernels.basis import basis_gradients
 from cfmpm.materials import lame_constants
+from cfmpm.points import MaterialPoints, seed
+from cfmpm.scene import Scene
 
 if TYPE_CHECKING:
-    from cfmpm.simulation import Result
+    from cfmpm.simulation import Result, State
 
 # Linear faces of a six-node triangle: the three corners, then the middle.
 _PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
 
 def build_fields(result: Result) -> xr.Dataset:
-    """Lay out the last state of a run by the UGRID conventions 1.0.
+    """Lay out the last state of a run; see `state_fields`."""
+    history = result.history
+    solved = int(np.flatnonzero(np.isfinite(history["n_unknowns"].values))[-1])
+    step, load_factor = int(history["step"][solved]), float(history["load_factor"][solved])
+    return state_fields(result, step, load_factor, history.attrs)
+
+
+def state_fields(
+    state: State, step: int, load_factor: float, attributes: Mapping[str, Any]
+) -> xr.Dataset:
+    """Lay out a state of balance by the UGRID conventions 1.0.
 
     Parameters
     ----------
-    result : Result
+    state : State
+        At load factor one.
+    step : int
+    load_factor : float
+        At which the fields are wanted.
+    attributes : mapping
+        Those that tell where a run comes from, as `results.provenance` gives them; others are left
+        out.
 
     Returns
     -------
     xarray.Dataset
-        Dimensions time (one pseudo-time, the load step), node, face, corner and point. Displacement
-        [mm] and configurational force [N/mm] at the nodes; stress [MPa] and energy density
-        [N mm/mm^3] on the faces; the material points with position [mm], volume [mm^2 for 1 mm of
-        thickness] and stress.
+        Dimensions time (one pseudo-time, the step), node, face, corner, point and crack_node.
+        Displacement [mm] and configurational force [N/mm] at the nodes; stress [MPa] and energy
+        density [N mm/mm^3] on the faces; the material points with position [mm], volume [mm^2 for
+        1 mm of thickness] and stress; the corners of the crack lines [mm].
 
     Notes
     -----
     UGRID knows only linear faces. The faces of T3 are the elements; a T6 element becomes four, so
-    that every node keeps its values: the three corners carry the state of their material point
-    (the sub-triangles of the paper's section 2.3), the middle one the mean of the three.
+    that every node keeps its values: the three corners carry the state at the centroid of their
+    corner (the sub-triangles of the paper's section 2.3), the middle one the mean of the three.
+    These are the places of the first material points: growth moves the grid off its points.
     """
-    grid, points = result.grid, result.points
+    grid, points = state.grid, state.points
+    lame = lame_constants(state.scene, grid.region_names)
+    seeds = seed(grid)
+    gradients = basis_gradients(grid.nodes, grid.elements, seeds.element, seeds.position)
+    equilibrium.update_points(grid, seeds, gradients, lame, state.displacement)
     faces, element = linear_faces(grid)
-    lam, mu = lame_constants(result.scene, grid.region_names)[points.material].T
-    stress = np.column_stack([points.stress, np.zeros(len(points))])
-    if result.scene.plane == "strain":
-        stress[:, 3] = lam / (2.0 * (lam + mu)) * stress[:, :2].sum(axis=1)
-    face_stress = _on_faces(stress, grid)
+    plane = state.scene.plane
+    stress = load_factor * _with_sigma_zz(points, lame, plane)
+    face_stress = load_factor * _on_faces(_with_sigma_zz(seeds, lame, plane), grid)
 
     node: dict[str, Any] = {"mesh": "grid", "location": "node"}
     face: dict[str, Any] = {"mesh": "grid", "location": "face"}
@@ -74,7 +99,8 @@ def build_fields(result: Result) -> xr.Dataset:
         "point_element": ("point", points.element.astype(np.int32), _said("1", "element")),
     }
     for i, axis in enumerate("xy"):
-        u, force = result.displacement[:, i], result.configurational_force[:, i]
+        u = load_factor * state.displacement[:, i]
+        force = load_factor**2 * state.configurational_force[:, i]
         data[f"u_{axis}"] = _now("node", u, node | _said("mm", f"displacement along {axis}"))
         said = _said("N mm-1", f"configurational force along {axis}")
         data[f"cf_{axis}"] = _now("node", force, node | said)
@@ -86,10 +112,14 @@ def build_fields(result: Result) -> xr.Dataset:
         "face", von_mises(face_stress), face | _said("MPa", "equivalent stress of von Mises")
     )
     said = _said("N mm-2", "strain energy per volume (N mm/mm3)")
-    data["energy_density"] = _now("face", _on_faces(points.energy, grid), face | said)
-    data["point_energy_density"] = _now("point", points.energy, said)
+    energy = load_factor**2 * _on_faces(seeds.energy, grid)
+    data["energy_density"] = _now("face", energy, face | said)
+    data["point_energy_density"] = _now("point", load_factor**2 * points.energy, said)
+    data |= _cracks(state.body.triangulation)
 
-    fields = xr.Dataset(data, _coordinates(result), _attributes(result))
+    fields = xr.Dataset(
+        data, _coordinates(state, step, load_factor), _attributes(state.scene, attributes)
+    )
     # VTK's reader copies connectivity, fill value and start index into 32 bits without looking:
     # 64 bits overwrite its memory.
     fields["face_nodes"].encoding |= {"_FillValue": np.int32(-1), "dtype": "int32"}
@@ -133,7 +163,7 @@ def von_mises(stress: Floats) -> Floats:
 
 
 def _on_faces(values: Floats, grid: Grid) -> Floats:
-    """Values of the points, which come element by element as they were seeded, on the faces."""
+    """Values of points as they were seeded, element by element, on the faces."""
     if grid.elements.shape[1] == 3:
         return values
     corners = values.reshape(len(grid.elements), 3, *values.shape[1:])
@@ -152,19 +182,49 @@ def _topology() -> dict[str, Any]:
     }
 
 
-def _coordinates(result: Result) -> dict[str, Any]:
-    step = result.history["step"].values[-1:].astype(float)
+def _with_sigma_zz(points: MaterialPoints, lame: Floats, plane: str) -> Floats:
+    """sigma_xx, sigma_yy, sigma_xy, sigma_zz of points, (p, 4)."""
+    across = np.zeros(len(points))
+    if plane == "strain":
+        lam, mu = lame[points.material].T
+        across = lam / (2.0 * (lam + mu)) * points.stress[:, :2].sum(axis=1)
+    return np.column_stack([points.stress, across])
+
+
+def _cracks(mesh: Triangulation) -> dict[str, Any]:
+    """The corners of the crack lines, one line after the other."""
+    if not mesh.cracks:
+        return {}
+    lines = [np.append(pairs[:, 0], pairs[-1, 1]) for pairs in mesh.cracks.values()]
+    numbers = np.arange(len(lines), dtype=np.int32)
+    names = {"flag_values": numbers, "flag_meanings": " ".join(mesh.cracks)}
+    number = np.repeat(numbers, [len(line) for line in lines])
+    corners = mesh.nodes[np.concatenate(lines)]
+    return {"crack": ("crack_node", number, _said("1", "crack of a corner") | names)} | {
+        f"crack_{axis}": ("crack_node", corners[:, i], _said("mm", f"{axis} of a crack's corner"))
+        for i, axis in enumerate("xy")
+    }
+
+
+def crack_length(mesh: Triangulation) -> float:
+    """Length of all cracks together [mm]."""
+    pairs = np.concatenate([np.empty((0, 2), np.int64), *mesh.cracks.values()])
+    return float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
+
+
+def _coordinates(state: State, step: int, load_factor: float) -> dict[str, Any]:
     coordinates: dict[str, Any] = {
         # ParaView animates along a dimension of this name and no other.
-        "time": ("time", step, _said("1", "pseudo-time: the load step") | {"axis": "T"}),
-        "load_factor": (
+        "time": ("time", [float(step)], _said("1", "pseudo-time: the step") | {"axis": "T"}),
+        "load_factor": ("time", [load_factor], _said("1", "factor on all loads of the scene")),
+        "crack_length": (
             "time",
-            result.history["load_factor"].values[-1:],
-            _said("1", "factor on all loads of the scene"),
+            [crack_length(state.body.triangulation)],
+            _said("mm", "length of all cracks together"),
         ),
     }
     for i, axis in enumerate("xy"):
-        x, position = result.grid.nodes[:, i], result.points.position[:, i]
+        x, position = state.grid.nodes[:, i], state.points.position[:, i]
         # xugrid and VTK ask for the standard name, and take mm as well as m.
         coordinates[f"node_{axis}"] = (
             "node",
@@ -177,13 +237,10 @@ def _coordinates(result: Result) -> dict[str, Any]:
     return coordinates
 
 
-def _attributes(result: Result) -> dict[str, Any]:
-    attributes = {
-        name: value for name, value in result.history.attrs.items() if name in _SHARED_ATTRIBUTES
-    }
-    return attributes | {
+def _attributes(scene: Scene, attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: attributes[name] for name in _SHARED_ATTRIBUTES if name in attributes} | {
         "Conventions": "CF-1.11, UGRID-1.0, ACDD-1.3",
-        "summary": f"Last state of scene {result.scene.name}: grid and material points",
+        "summary": f"A state of scene {scene.name}: grid, material points and cracks",
     }
 
 

@@ -49,7 +49,7 @@ def left_out(scene: Scene, has_tips: bool) -> list[str]:
         items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
     if scene.material.g_c is None:
         items.append("load at fracture: no material.g_c")
-    if not scene.output.fields:
+    if not scene.output.fields and scene.output.every is None:
         items.append("field output: not asked for (output.fields: true)")
     return items
 

@@ -212,7 +212,7 @@ def build_history(
         name: json.dumps(note, ensure_ascii=False) if isinstance(note, list) else note
         for name, note in notes.items()
     }
-    return xr.Dataset(data, coords, {**_provenance(scene), **texts})
+    return xr.Dataset(data, coords, {**provenance(scene), **texts})
 
 
 def _flags(meanings: Sequence[str]) -> dict[str, Any]:
@@ -223,8 +223,8 @@ def _flags(meanings: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _provenance(scene: Scene) -> dict[str, Any]:
-    """Global attributes after CF and ACDD, and what is needed to run the scene again."""
+def provenance(scene: Scene) -> dict[str, Any]:
+    """Return global attributes after CF and ACDD, with what is needed to run a scene again."""
     packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     now = datetime.fromtimestamp(float(epoch) if epoch else time.time(), UTC)

@@ -39,6 +39,7 @@ from cfmpm.plotting.style import (
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Scene
+from cfmpm.series import list_fields
 
 # Colour and dashes both differ, so that the parts are told apart without colour too.
 PARTS = {
@@ -238,9 +239,7 @@ def animate_growth(
         Where a folder holds no fields by step.
     """
     if isinstance(frames, str | Path):
-        folder, frames = Path(frames), sorted(Path(frames).glob("fields_[0-9]*.nc"))
-        if not frames:
-            raise FileNotFoundError(f"{folder}: no fields by step; a run with output.every makes")
+        frames = list_fields(Path(frames))
     largest, highest = 0.0, []
     for fields in _opened(frames):
         last = fields.isel(time=-1)

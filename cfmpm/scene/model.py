@@ -424,7 +424,14 @@ class Growth(Model):
 class Output(Model):
     """What is written besides the history."""
 
-    fields: bool = Field(False, description="displacement, stress and CF vectors on the grid")
+    fields: bool = Field(
+        False, description="displacement, stress and CF vectors on the grid at the end: fields.nc"
+    )
+    every: Annotated[Count, Field(ge=1)] | None = Field(
+        None,
+        description="the same at the first step of a growing crack and every so many steps on: "
+        "fields_0001.nc ..., with a table of them, fields_index.nc",
+    )
 
 
 class Scene(Model):

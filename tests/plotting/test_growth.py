@@ -96,8 +96,8 @@ def test_paths_lie_over_the_body(axes: Axes, history: xr.Dataset, kind: str) -> 
     shown = lines(axes)
     np.testing.assert_array_equal(shown["left"], tip_path(history, "left"))
     np.testing.assert_array_equal(shown["Smith"], [[1, 2], [3, 4]])
-    low, high = axes.get_xlim()
-    assert low <= 0 and high >= 20
+    assert axes.get_xlim()[0] <= 0
+    assert axes.get_xlim()[1] >= 20
 
 
 def test_a_hole_of_the_outline_stays_empty(axes: Axes, history: xr.Dataset) -> None:
@@ -143,7 +143,9 @@ def test_angles_stand_where_the_tip_ran(axes: Axes, history: xr.Dataset) -> None
 def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
     result = run(scene_from_dict(SCENE))
     fields = build_fields(result)
-    path = animate_growth([fields, fields.assign_coords(time=[7.0])], tmp_path / "deep" / "film.gif")
+    path = animate_growth(
+        [fields, fields.assign_coords(time=[7.0])], tmp_path / "deep" / "film.gif"
+    )
     with Image.open(path) as film:
         assert film.n_frames == 2
     assert [p.name for p in path.parent.iterdir()] == ["film.gif"]

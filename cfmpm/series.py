@@ -1,0 +1,92 @@
+"""The fields of a run by step: one file each, since the grid changes, and a table of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from cfmpm.fields import crack_length, state_fields
+from cfmpm.record import Record
+from cfmpm.results import provenance, write_dataset
+from cfmpm.simulation import State
+
+INDEX = "fields_index.nc"
+
+
+class FieldSeries:
+    """Writes the fields of every so many steps as they come, and keeps none of them.
+
+    Parameters
+    ----------
+    folder : Path
+        The files of an earlier run are taken away.
+    every : int
+        The first step is written, and every so many steps on.
+    done : int, optional
+        Steps of the same run that were solved before it was broken off; their files stay.
+    """
+
+    def __init__(self, folder: Path, every: int, done: int = 0) -> None:
+        self._folder, self._every = Path(folder), every
+        self._rows: list[tuple[int, float, float, str]] = []
+        if (self._folder / INDEX).exists():
+            with xr.open_dataset(self._folder / INDEX, engine="netcdf4") as index:
+                columns = [index[name].values.tolist() for name in _COLUMNS]
+            rows = list(zip(*columns, strict=True))
+            self._rows = [row for row in rows if row[0] <= done]
+            for *_, file in rows[len(self._rows) :]:
+                (self._folder / file).unlink(missing_ok=True)
+            (self._folder / INDEX).unlink()
+
+    def observe(self, state: State, record: Record) -> None:
+        """Write the fields of a state if it is its turn; an observer of `simulation.run`."""
+        step, load_factor = len(record.steps), record.steps[-1].load_factor
+        if (step - 1) % self._every:
+            return
+        name = f"fields_{step:04}.nc"
+        attributes = provenance(record.scene)
+        fields = state_fields(state, step, load_factor, attributes)
+        write_dataset(fields, self._folder / name)
+        length = crack_length(state.body.triangulation)
+        self._rows.append((step, load_factor, length, name))
+        write_dataset(_index(self._rows).assign_attrs(attributes), self._folder / INDEX)
+
+
+_COLUMNS = {
+    "step": {"long_name": "load or growth step"},
+    "load_factor": {"units": "1", "long_name": "factor on all loads of the scene"},
+    "crack_length": {"units": "mm", "long_name": "length of all cracks together"},
+    "file": {"long_name": "file of the fields of that step"},
+}
+
+
+def _index(rows: list[tuple[int, float, float, str]]) -> xr.Dataset:
+    steps, factors, lengths, files = zip(*rows, strict=True)
+    values = [np.array(steps), np.array(factors), np.array(lengths), np.array(files, object)]
+    return xr.Dataset(
+        {
+            name: ("step", column, attributes)
+            for (name, attributes), column in zip(_COLUMNS.items(), values, strict=True)
+        }
+    )
+
+
+def list_fields(folder: Path) -> list[Path]:
+    """Return the files of the fields by step of a run, in their order.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there are none.
+    """
+    index = Path(folder) / INDEX
+    if not index.exists():
+        raise FileNotFoundError(f"{folder}: no fields by step; a run with output.every makes them")
+    with xr.open_dataset(index, engine="netcdf4") as table:
+        return [index.parent / str(name) for name in table["file"].values]
