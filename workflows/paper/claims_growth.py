@@ -134,6 +134,7 @@ def shear_path(e: Evidence) -> list[Claim]:
     for name, label in {
         "cf": "CF direction, first order (paper)",
         "paper": "the same, points and volumes as in the paper",
+        "cf_second": "CF direction, second order",
         "hoop_second_1.38": "largest hoop stress, second order",
         "t6_second_2.76": "largest hoop stress, second order, T6",
     }.items():
