@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import cfmpm
 from cfmpm.body import Body
-from cfmpm.errors import SceneError
+from cfmpm.errors import MeshError, SceneError
 from cfmpm.record import Record
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene import Scene, scene_from_dict
@@ -224,4 +224,7 @@ def check_history(history: Any) -> None:
 )
 @given(scenes())
 def test_cracks_of_random_scenes_grow_to_a_stated_end(scene: Scene) -> None:
-    check_history(cfmpm.run(scene, observe=Watch()).history)
+    try:
+        check_history(cfmpm.run(scene, observe=Watch()).history)
+    except MeshError:  # a point load nearer to the arc of a region than a coarse chord is
+        reject()
