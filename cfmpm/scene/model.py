@@ -404,9 +404,10 @@ class Growth(Model):
         "max_hoop", description="where a crack turns to; cf is the paper's"
     )
     order: Literal[1, 2] = Field(
-        2,
+        1,
         description="1: segments along the tangent of the path, as the paper; 2: along its secant, "
-        "extrapolated from the last two tangents",
+        "extrapolated from the last two tangents: better on smooth curves, restless on paths that "
+        "run straight or pass close by a hole",
     )
     tips: Literal["all", "largest"] = Field(
         "all", description="which of the tips that meet the criterion run in an increment"
