@@ -101,16 +101,55 @@ def build(scene: Scene) -> Body:
     triangulation = triangulate(scene)
     grid = build_grid(triangulation, scene.mesh.element)
     points = seed(grid)
+    return compose(scene, triangulation, grid, points)
+
+
+def compose(
+    scene: Scene,
+    triangulation: Triangulation,
+    grid: Grid,
+    points: MaterialPoints,
+    domains: pieces.ParticleDomains | None = None,
+    quadrature: pieces.Quadrature | None = None,
+    quality: float = 1.0,
+    deviation: float = 0.0,
+) -> Body:
+    """Put a body together: its loads, tip domains and what it is integrated over.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    triangulation, grid, points, domains, quadrature, quality, deviation
+        As in `Body`.
+
+    Returns
+    -------
+    Body
+
+    Raises
+    ------
+    SceneError
+        Where the loads do not make sense on the grid.
+    UnheldError
+        Where the loads drive a part away.
+    """
+    integration = points if quadrature is None else _as_points(quadrature)
+    floating, empty = _without_points(grid, integration.element)
     return Body(
         scene=scene,
         triangulation=triangulation,
         grid=grid,
         points=points,
-        domains=None,
-        quadrature=None,
-        integration=points,
-        loading=apply_loads(scene, grid, points),
+        domains=domains,
+        quadrature=quadrature,
+        integration=integration,
+        loading=hold_nodes(apply_loads(scene, grid, integration), floating),
         tip_domains=_tip_domains(scene, grid),
+        quality=quality,
+        deviation=deviation,
+        empty_elements=empty,
+        floating_nodes=len(floating),
     )
 
 
@@ -147,13 +186,12 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
                 refined.append(parts)
             steps.append(advance(mesh, tip.crack, tip.end, direction))
             mesh = steps[-1].triangulation
-    grid = _with_names(build_grid(mesh, scene.mesh.element), body.grid)
+    names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
+    grid = named_grid(mesh, scene, names)
     changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
     points, domains, quadrature = body.points, body.domains, body.quadrature
-    if scene.growth is not None and scene.growth.transfer == "paper":
-        points = replace(points, element=relocate(grid, points))
-        integration = points
-    else:
+    # As the paper transfers them, points integrate as they are.
+    if scene.growth is None or scene.growth.transfer != "paper":
         if domains is None or quadrature is None:
             domains = pieces.initial_domains(body.grid)
             quadrature = pieces.initial_quadrature(points)
@@ -162,28 +200,13 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
             points, domains, quadrature = pieces.split_points(
                 points, domains, quadrature, grid, mesh.nodes[step.start], mesh.nodes[step.end]
             )
-        points = replace(points, element=relocate(grid, points))
-        integration = _as_points(quadrature)
+    points = replace(points, element=relocate(grid, points))
+    quality = min(body.quality, *(step.quality for step in steps))
+    deviation = max(step.deviation for step in steps)
     try:
-        loading = apply_loads(scene, grid, integration)
+        return compose(scene, mesh, grid, points, domains, quadrature, quality, deviation)
     except UnheldError as unheld:
         raise SeveredError(mesh) from unheld
-    floating, empty = _without_points(grid, integration.element)
-    return Body(
-        scene=scene,
-        triangulation=mesh,
-        grid=grid,
-        points=points,
-        domains=domains,
-        quadrature=quadrature,
-        integration=integration,
-        loading=hold_nodes(loading, floating),
-        tip_domains=_tip_domains(scene, grid),
-        quality=min(body.quality, *(step.quality for step in steps)),
-        deviation=max(step.deviation for step in steps),
-        empty_elements=empty,
-        floating_nodes=len(floating),
-    )
 
 
 def update_owners(body: Body) -> None:
@@ -197,12 +220,21 @@ def update_owners(body: Body) -> None:
         setattr(body.points, name, mean)
 
 
-def _with_names(grid: Grid, before: Grid) -> Grid:
-    """Let the tips keep their names: one end of a crack is its start, though the other arrived."""
-    names = {(tip.crack, tip.end): tip.name for tip in before.tips}
-    return replace(
-        grid, tips=tuple(replace(tip, name=names[tip.crack, tip.end]) for tip in grid.tips)
-    )
+def named_grid(
+    triangulation: Triangulation, scene: Scene, names: Mapping[tuple[str, int], str]
+) -> Grid:
+    """Build the grid of a body that has grown.
+
+    Parameters
+    ----------
+    triangulation : Triangulation
+    scene : Scene
+    names : mapping of (str, int) to str
+        Name of the tip at each end of a crack: one end stays its start, though the other arrived.
+    """
+    grid = build_grid(triangulation, scene.mesh.element)
+    tips = tuple(replace(tip, name=names[tip.crack, tip.end]) for tip in grid.tips)
+    return replace(grid, tips=tips)
 
 
 def _tip_domains(scene: Scene, grid: Grid) -> tuple[Domains, ...]:

@@ -1,4 +1,4 @@
-"""The command line: run, check, plot, schema.
+"""The command line: run, resume, check, plot, export, schema.
 
 All that is heavy (numba, gmsh, xarray, matplotlib) is imported within the commands, so that
 ``cfmpm --help`` answers at once and a run without pictures never loads matplotlib.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,7 +24,12 @@ from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from cfmpm.record import Record
     from cfmpm.scene import Scene
+    from cfmpm.simulation import Start, State
+
+    Announce = Callable[[str], None]
+    Observe = Callable[[State, Record], None]
 
 log = logging.getLogger(__name__)
 
@@ -69,6 +75,8 @@ Output = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="folder to write to; default: results/<name of the scene>"),
 ]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print errors only")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="log each phase")]
 
 
 def _print_version(wanted: bool) -> None:
@@ -94,43 +102,105 @@ def run(
     scene_file: SceneFile,
     set_: Overrides = None,
     output: Output = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="print errors only")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="log each phase")] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Solve a scene; write history.nc, and fields.nc if the scene has output.fields: true.
+    """Solve a scene; write history.nc, and fields if the scene asks for output.
 
-    While cracks grow, the history so far is written every few seconds, and when the run breaks off.
+    While cracks grow, the history so far and a checkpoint are written every few seconds and when
+    the run breaks off; `cfmpm resume` goes on from there.
 
     Example: cfmpm run configs/paper/single_edge_crack.yaml --set mesh.size=10
     """
-    from cfmpm import simulation, summary
-    from cfmpm.keeper import Keeper
-    from cfmpm.results import write_dataset
     from cfmpm.scene import load_scene
 
     overrides = _overrides(set_)
     scene = load_scene(scene_file, overrides)
-    folder = output or Path("results") / scene.name
+    with _placed(scene, scene_file, overrides):
+        _solve(scene, output or Path("results") / scene.name, None, quiet=quiet, verbose=verbose)
+
+
+@app.command(short_help="Go on with a run that was broken off.")
+def resume(
+    result: Annotated[Path, typer.Argument(metavar="DIR", help="folder of the run")],
+    scene_file: Annotated[
+        Path | None,
+        typer.Argument(metavar="[SCENE.yaml]", help="the scene, to make sure that it is the same"),
+    ] = None,
+    set_: Overrides = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Go on with a run that was broken off: the end is that of a run in one go, bit by bit.
+
+    Example: cfmpm resume results/plate_with_holes
+    """
+    from cfmpm.checkpoint import changed_keys, read_checkpoint
+    from cfmpm.keeper import CHECKPOINT, HISTORY, UNFINISHED
+    from cfmpm.scene import load_scene
+
+    checkpoint = result / CHECKPOINT
+    if not checkpoint.exists():
+        ending = str(_read_result(result / HISTORY, "domain_radius").attrs["ending"])
+        if ending.startswith(UNFINISHED):
+            reason = "is not there: nothing to go on from; run the scene again"
+            raise SceneError([Problem(reason, file=str(checkpoint))])
+        typer.echo(f"{result}: nothing to do, the run has ended; {ending}")
+        return
+    start = read_checkpoint(checkpoint)
+    if scene_file is not None:
+        changed = changed_keys(start.record.scene, load_scene(scene_file, _overrides(set_)))
+        if changed:
+            reason = f"differs from the scene of {result} in {', '.join(changed)}: run it instead"
+            raise SceneError([Problem(reason, file=str(scene_file))])
+    _solve(start.record.scene, result, start, quiet=quiet, verbose=verbose)
+
+
+def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verbose: bool) -> None:
+    """Solve a scene from its beginning or a later start, and write and say what was found."""
+    from cfmpm import simulation, summary
+    from cfmpm.keeper import HISTORY, Keeper
+    from cfmpm.results import write_dataset
+
     folder.mkdir(parents=True, exist_ok=True)
-    phases = simulation.PHASES if scene.growth is None else simulation.GROWTH_PHASES
-    keeper = Keeper(folder / "history.nc")
+    keeper = Keeper(folder, start)
+    observers = [keeper.observe]
+    if scene.output.every is not None:
+        from cfmpm.series import FieldSeries
+
+        done = 0 if start is None else len(start.record.steps)
+        observers.append(FieldSeries(folder, scene.output.every, done).observe)
     with (
         _log_shown(verbose and not quiet),
-        _progress(phases, visible=not (quiet or verbose)) as announce,
-        _placed(scene, scene_file, overrides),
+        _progress(scene, visible=not (quiet or verbose)) as (announce, advance),
+        _terminated_as_interrupted(),
     ):
+
+        def observe(state: State, record: Record) -> None:
+            for observer in (*observers, advance):
+                observer(state, record)
+
         try:
-            result = simulation.run(scene, announce, keeper.observe)
-        except (Exception, KeyboardInterrupt):
-            keeper.write("broken off: see the message of the run")
+            result = simulation.run(scene, announce, observe, start)
+        except (Exception, KeyboardInterrupt) as error:
+            keeper.write(str(error) or "interrupted")
+            if keeper.steps:
+                typer.echo(
+                    f"{folder / HISTORY} holds {keeper.steps} steps; cfmpm resume {folder} goes on "
+                    "from there",
+                    err=True,
+                )
             raise
-    written = [folder / "history.nc"]
-    write_dataset(result.history, written[0])
+        written = [folder / HISTORY]
+        write_dataset(result.history, written[0])
+        keeper.finish()
     if scene.output.fields:
         from cfmpm.fields import build_fields
 
         written.append(folder / "fields.nc")
         write_dataset(build_fields(result), written[1])
+    if scene.output.every is not None:
+        written.append(folder / "fields_index.nc")
     if not quiet:
         typer.echo(summary.of_run(result, written))
 
@@ -263,21 +333,47 @@ def _log_shown(wanted: bool) -> Iterator[None]:
 
 
 @contextmanager
-def _progress(phases: tuple[str, ...], *, visible: bool) -> Iterator[Callable[[str], None]]:
-    """A function that shows each phase as it begins: on a terminal as a bar, else in the log."""
+def _progress(scene: Scene, *, visible: bool) -> Iterator[tuple[Announce, Observe]]:
+    """Functions that show each phase as it begins and each state as it is found.
+
+    On a terminal as a bar, which for growth counts increments and has no end; else in the log.
+    """
     if not (visible and sys.stderr.isatty()):
-        yield _log_phase
+        yield _log_phase, _log_step
         return
     from tqdm import tqdm
 
-    with tqdm(total=len(phases), leave=False, bar_format="{desc:12} {bar:30} {elapsed}") as bar:
+    from cfmpm.simulation import PHASES
+
+    growing = scene.growth is not None
+    form = "{desc:12} {bar:30} {elapsed}" if not growing else "{desc:12} {elapsed}  {postfix}"
+    total = None if growing else len(PHASES)
+    with tqdm(total=total, leave=False, bar_format=form) as bar:
 
         def announce(phase: str) -> None:
             bar.set_description_str(phase, refresh=False)
-            bar.n = phases.index(phase)
+            if not growing:
+                bar.n = PHASES.index(phase)
             bar.refresh()
 
-        yield announce
+        def advance(state: State, record: Record) -> None:
+            bar.set_postfix_str(_step_text(record))
+
+        yield announce, advance
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """Let a request to end (SIGTERM) do what Ctrl-C does, as long as the ``with`` block runs."""
+
+    def interrupt(number: int, frame: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager
@@ -293,6 +389,22 @@ def _placed(scene: Scene, scene_file: Path, overrides: dict[str, Any]) -> Iterat
 
 def _log_phase(phase: str) -> None:
     log.info("phase: %s", phase)
+
+
+def _log_step(state: State, record: Record) -> None:
+    log.info(_step_text(record))
+
+
+def _step_text(record: Record) -> str:
+    """The last step in a few words."""
+    step = record.steps[-1]
+    lengths = " and ".join(
+        f"{length:.5g}" for length in dict.fromkeys(step.values["crack_length"].tolist())
+    )
+    return (
+        f"increment {len(record.steps) - 1}, crack length {lengths} mm, "
+        f"load factor {step.load_factor:.4g}"
+    )
 
 
 def _read_result(path: Path, variable: str) -> xr.Dataset:

@@ -17,7 +17,7 @@ class Clock:
     """
 
     def __init__(self, announce: Callable[[str], None]) -> None:
-        self.seconds: dict[str, float] = {}
+        self._seconds: dict[str, float] = {}
         self._announce = announce
 
     @contextmanager
@@ -29,4 +29,9 @@ class Clock:
             yield
         finally:
             elapsed = time.perf_counter() - start
-            self.seconds[phase] = self.seconds.get(phase, 0.0) + elapsed
+            self._seconds[phase] = self._seconds.get(phase, 0.0) + elapsed
+
+    def lap(self) -> dict[str, float]:
+        """Return the wall time of each phase since the last lap [s]."""
+        seconds, self._seconds = self._seconds, dict.fromkeys(self._seconds, 0.0)
+        return seconds

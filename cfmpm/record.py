@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -11,12 +12,43 @@ from numpy.typing import NDArray
 
 from cfmpm import remarks, results
 from cfmpm.body import Body
-from cfmpm.clock import Clock
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.scene.model import Scene
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a run starts from, by which later steps are named and measured.
+
+    Attributes
+    ----------
+    tips : dict of str to (str, int)
+        Crack and end of each tip.
+    boundaries : list of str
+        The loaded parts.
+    radii : list of float
+        Nominal domain radii [mm].
+    lengths : dict of str to float
+        Of the cracks [mm].
+    """
+
+    tips: dict[str, tuple[str, int]]
+    boundaries: list[str]
+    radii: list[float]
+    lengths: dict[str, float]
+
+    @classmethod
+    def of(cls, body: Body) -> Self:
+        """The origin of a run that starts with a body."""
+        return cls(
+            tips={tip.name: (tip.crack, tip.end) for tip in body.grid.tips},
+            boundaries=list(body.loading.boundaries),
+            radii=_nominal_radii(body),
+            lengths=_lengths(body.triangulation),
+        )
 
 
 class Record:
@@ -26,24 +58,17 @@ class Record:
     ----------
     scene : Scene
         As the user wrote it.
-    body : Body
-        At the start: its tips, and the ends of cracks that are none, keep their names and places.
-    clock : Clock
+    full : Scene
+        Expanded.
+    origin : Origin
     """
 
-    def __init__(self, scene: Scene, body: Body, clock: Clock) -> None:
-        self.scene, self.full = scene, body.scene
-        self.tips = {tip.name: (tip.crack, tip.end) for tip in body.grid.tips}
-        self.boundaries = list(body.loading.boundaries)
-        self.radii = _nominal_radii(body)
-        geometry = body.scene.geometry
-        self.holes = {str(hole.name) for hole in geometry.holes} if geometry else set()
+    def __init__(self, scene: Scene, full: Scene, origin: Origin) -> None:
+        self.scene, self.full, self.origin = scene, full, origin
+        self.holes = {str(hole.name) for hole in full.geometry.holes} if full.geometry else set()
         self.steps: list[results.StepRecord] = []
         self.warnings: dict[str, None] = {}
         self.notes: dict[str, Any] = {}
-        self._clock = clock
-        self._seconds: dict[str, float] = {}
-        self._start_lengths = self._lengths(body.triangulation)
 
     def add(
         self,
@@ -51,6 +76,7 @@ class Record:
         balance: Equilibrium,
         tips: Mapping[str, Any],
         decision: Decision,
+        seconds: Mapping[str, float],
     ) -> None:
         """Add a state of balance.
 
@@ -63,14 +89,16 @@ class Record:
             Values at the tips of the grid, at load factor one.
         decision : Decision
             With the load factor that the step is recorded at.
+        seconds : mapping of str to float
+            Wall time of each phase of the step [s].
         """
         factor = decision.load_factor
         if not np.isfinite(factor):
             factor = self.steps[-1].load_factor if self.steps else 1.0
         values = self._of_ends(body, decision)
-        rows = [list(self.tips).index(tip.name) for tip in body.grid.tips]
+        rows = [list(self.origin.tips).index(tip.name) for tip in body.grid.tips]
         for name, found in tips.items():
-            values[name] = np.full((len(self.tips), *found.shape[1:]), np.nan)
+            values[name] = np.full((len(self.origin.tips), *found.shape[1:]), np.nan)
             values[name][rows] = found
         values |= _of_body(body, balance)
         values = {
@@ -80,13 +108,14 @@ class Record:
         conjugates = _conjugates(body, balance, factor)
         values["external_work"] = self._work_done(factor, conjugates)
         values["fracture_energy"] = self._fracture_energy(body)
-        self._append(factor, values, conjugates)
+        self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
         self.warnings |= dict.fromkeys(remarks.doubts(body, balance))
 
-    def add_severed(self, triangulation: Triangulation) -> None:
+    def add_severed(self, triangulation: Triangulation, seconds: Mapping[str, float]) -> None:
         """Add the last position of the cracks, after which a part of the body is free."""
-        self._append(np.nan, self._of_line_ends(triangulation))
+        values = self._of_line_ends(triangulation)
+        self.steps.append(results.StepRecord(np.nan, values, seconds))
 
     def history(self, ending: str) -> xr.Dataset:
         """Gather the record into a dataset.
@@ -100,49 +129,36 @@ class Record:
             self.scene,
             self.steps,
             stability=self._stability(),
-            tips=list(self.tips),
-            radii=self.radii,
-            boundaries=self.boundaries,
+            tips=list(self.origin.tips),
+            radii=self.origin.radii,
+            boundaries=self.origin.boundaries,
             notes={
                 **self.notes,
                 "ending": ending,
-                "left_out": remarks.left_out(self.full, bool(self.tips)),
+                "left_out": remarks.left_out(self.full, bool(self.origin.tips)),
                 "warnings": list(self.warnings),
             },
         )
 
-    def _append(
-        self,
-        factor: float,
-        values: Mapping[str, Any],
-        conjugates: tuple[float, float] = (np.nan, np.nan),
-    ) -> None:
-        spent = {
-            phase: total - self._seconds.get(phase, 0.0)
-            for phase, total in self._clock.seconds.items()
-        }
-        self._seconds = dict(self._clock.seconds)
-        self.steps.append(results.StepRecord(factor, values, spent, conjugates))
-
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
         """Where each crack ends, and what it does there."""
         values = self._of_line_ends(body.triangulation)
-        for i, name in enumerate(self.tips):
+        for i, name in enumerate(self.origin.tips):
             if name in decision.running:
                 values["tip_status"][i] = results.TIP_STATUS.index("growing")
         return values
 
     def _of_line_ends(self, mesh: Triangulation) -> dict[str, Any]:
-        lengths = self._lengths(mesh)
-        nodes = {name: _end_node(mesh, *place) for name, place in self.tips.items()}
+        lengths = _lengths(mesh)
+        nodes = {name: _end_node(mesh, *place) for name, place in self.origin.tips.items()}
         return {
             "tip_x": np.array([mesh.nodes[node, 0] for node in nodes.values()]),
             "tip_y": np.array([mesh.nodes[node, 1] for node in nodes.values()]),
-            "crack_length": np.array([lengths[crack] for crack, _ in self.tips.values()]),
+            "crack_length": np.array([lengths[crack] for crack, _ in self.origin.tips.values()]),
             "tip_status": np.array(
                 [
                     results.TIP_STATUS.index(self._arrival(mesh, crack, nodes[name]))
-                    for name, (crack, _) in self.tips.items()
+                    for name, (crack, _) in self.origin.tips.items()
                 ],
                 float,
             ),
@@ -156,15 +172,9 @@ class Record:
         met = sum(int((pairs == node).sum()) for pairs in mesh.cracks.values())
         return "arrived_crack" if met > 1 else "stopped"
 
-    def _lengths(self, mesh: Triangulation) -> dict[str, float]:
-        return {
-            name: float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
-            for name, pairs in mesh.cracks.items()
-        }
-
     def _fracture_energy(self, body: Body) -> float:
         """g_c of the body times the new length of its cracks [N]."""
-        new = sum(self._lengths(body.triangulation).values()) - sum(self._start_lengths.values())
+        new = sum(_lengths(body.triangulation).values()) - sum(self.origin.lengths.values())
         return 0.0 if new == 0.0 else new * (self.full.material.g_c or np.nan)
 
     def _work_done(self, factor: float, conjugates: tuple[float, float]) -> float:
@@ -188,6 +198,14 @@ class Record:
         if np.any(dead != 0.0):  # with grips besides, the force is still that of all loads
             return stability.classify(factor, dead)
         return stability.classify(grip, factor)
+
+
+def _lengths(mesh: Triangulation) -> dict[str, float]:
+    """Length of each crack [mm]."""
+    return {
+        name: float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
+        for name, pairs in mesh.cracks.items()
+    }
 
 
 def _end_node(mesh: Triangulation, crack: str, end: int) -> int:

@@ -7,7 +7,8 @@ import os
 import platform
 import secrets
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -262,15 +263,28 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
     OSError
         Where the folder cannot be written; `path` is then untouched.
     """
+    # Coordinates have no missing values; NaN marks them everywhere else.
+    encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
+    with written_aside(path) as aside:
+        dataset.to_netcdf(aside, engine="netcdf4", encoding=encoding)
+
+
+@contextmanager
+def written_aside(path: Path) -> Iterator[Path]:
+    """Give a place to write to, which becomes `path` when the ``with`` block ends well.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made if needed.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
         # Unlike tempfile's, with the permissions that any new file of this process gets.
         os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-        # Coordinates have no missing values; NaN marks them everywhere else.
-        encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
-        dataset.to_netcdf(aside, engine="netcdf4", encoding=encoding)
+        yield aside
         with aside.open("rb+") as file:
             os.fsync(file.fileno())
         aside.replace(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Self
 
 import xarray as xr
 
@@ -20,7 +21,7 @@ from cfmpm.kernels.basis import basis_gradients
 from cfmpm.loading import Loading
 from cfmpm.materials import lame_constants, region_materials
 from cfmpm.points import MaterialPoints, relocate
-from cfmpm.record import Record
+from cfmpm.record import Origin, Record
 from cfmpm.scene import Scene
 
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
@@ -37,11 +38,14 @@ class State:
     balance : equilibrium.Equilibrium
     configurational_force : (n, 2) float
         At the grid nodes [N/mm].
+    decision : growth.Decision
+        What the cracks do next.
     """
 
     body: Body
     balance: equilibrium.Equilibrium
     configurational_force: Floats
+    decision: growth.Decision
 
     @property
     def scene(self) -> Scene:
@@ -82,10 +86,36 @@ class Result(State):
     history: xr.Dataset
 
 
+@dataclass(frozen=True)
+class Start:
+    """Where a run begins, or goes on.
+
+    Attributes
+    ----------
+    body : Body
+        To be solved next.
+    record : Record
+        The steps so far.
+    decision : growth.Decision or None
+        The one that made this body.
+    """
+
+    body: Body
+    record: Record
+    decision: growth.Decision | None = None
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """The beginning of a scene."""
+        body = bodies.build(scene)
+        return cls(body, Record(scene, body.scene, Origin.of(body)))
+
+
 def run(
     scene: Scene,
     announce: Callable[[str], None] = lambda phase: None,
     observe: Callable[[State, Record], None] = lambda state, record: None,
+    start: Start | None = None,
 ) -> Result:
     """Solve a scene.
 
@@ -96,6 +126,8 @@ def run(
         Called with the name of each phase (`GROWTH_PHASES`) as it begins.
     observe : callable, optional
         Called with each state of balance and the record so far.
+    start : Start, optional
+        Of a run of the same scene that was broken off; default: the scene's beginning.
 
     Returns
     -------
@@ -117,11 +149,10 @@ def run(
     """
     clock = Clock(announce)
     with clock("grid"):  # step 1: grid with the cracks as doubled nodes, material points, loads
-        body = bodies.build(scene)
-    record = Record(scene, body, clock)
+        start = start or Start.of(scene)
+    body, record, decision = start.body, start.record, start.decision
     lame = lame_constants(body.scene, body.grid.region_names)
     g_c = [material.g_c for material in region_materials(body.scene, body.grid.region_names)]
-    decision: growth.Decision | None = None
     while True:
         grid, points, loading = body.grid, body.integration, body.loading
         with clock("points"):  # step 2: triangles of the points, basis gradients
@@ -140,7 +171,7 @@ def run(
             except SolveError as error:
                 if not (record.steps and scene.growth and scene.growth.transfer == "paper"):
                     raise
-                record.add_severed(body.triangulation)
+                record.add_severed(body.triangulation, clock.lap())
                 ending = f"unsolvable: growth.transfer: paper took stiffness away; {error}"
                 break
             bodies.update_owners(body)
@@ -148,8 +179,8 @@ def run(
             nodal = cf.nodal_force(grid, points, gradients, loading.body_force)
             tips = evaluate_tips(body, gradients, lame, balance, nodal, g_c)
             decision = growth.decide(grid, tips, g_c, scene.growth, decision)
-        record.add(body, balance, tips, decision)
-        state = State(body, balance, nodal)
+        record.add(body, balance, tips, decision, clock.lap())
+        state = State(body, balance, nodal, decision)
         observe(state, record)
         ending = growth.ending(scene.growth, decision, grid.tips, len(record.steps))
         if ending:
@@ -158,10 +189,10 @@ def run(
             try:
                 body = bodies.release(body, decision.running)
             except bodies.SeveredError as severed:
-                record.add_severed(severed.triangulation)
+                record.add_severed(severed.triangulation, clock.lap())
                 ending = str(severed)
                 break
-    return Result(state.body, state.balance, nodal, record.history(ending))
+    return Result(**vars(state), history=record.history(ending))
 
 
 @contextmanager

@@ -1,0 +1,184 @@
+"""A run on its way, in a file from which it goes on as if it had never been broken off."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cfmpm import body as bodies
+from cfmpm.body import Body
+from cfmpm.errors import Problem, SceneError
+from cfmpm.fracture.growth import Decision
+from cfmpm.grid import Triangulation
+from cfmpm.pieces import ParticleDomains, Quadrature
+from cfmpm.points import MaterialPoints
+from cfmpm.record import Origin, Record
+from cfmpm.results import StepRecord, written_aside
+from cfmpm.scene import Scene, effective_config, expand, scene_from_dict
+from cfmpm.simulation import Start
+
+# Of the layout of the file.
+FORMAT = 1
+
+Arrays = dict[str, NDArray[Any]]
+
+
+def write_checkpoint(start: Start, path: Path) -> None:
+    """Write a body to be solved next and the steps before it, aside, and rename the file.
+
+    Parameters
+    ----------
+    start : Start
+        Its record may have more steps than are kept.
+    path : Path
+        An .npz file: arrays as they are, all else as JSON text; no pickle.
+    """
+    body, record, decision = start.body, start.record, start.decision
+    mesh = body.triangulation
+    texts = {
+        "format": FORMAT,
+        "config": effective_config(record.scene),
+        "region_names": mesh.region_names,
+        "edges": list(mesh.edges),
+        "cracks": list(mesh.cracks),
+        "points": mesh.points,
+        "quality": body.quality,
+        "deviation": body.deviation,
+        "origin": asdict(record.origin),
+        "notes": record.notes,
+        "warnings": list(record.warnings),
+        "seconds": [step.seconds for step in record.steps],
+        "decision": None if decision is None else asdict(decision),
+    }
+    arrays = {
+        "texts": np.array(json.dumps(texts, default=lambda value: value.tolist())),
+        "mesh.nodes": mesh.nodes,
+        "mesh.triangles": mesh.triangles,
+        "mesh.regions": mesh.regions,
+        **{f"mesh.edges.{i}": pairs for i, pairs in enumerate(mesh.edges.values())},
+        **{f"mesh.cracks.{i}": pairs for i, pairs in enumerate(mesh.cracks.values())},
+        **_columns("points", body.points),
+        **_columns("domains", body.domains),
+        **_columns("quadrature", body.quadrature),
+        **_steps(record.steps),
+    }
+    with written_aside(path) as aside, aside.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def read_checkpoint(path: Path) -> Start:
+    """Read what `write_checkpoint` wrote.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Start
+
+    Raises
+    ------
+    SceneError
+        Where the file is none, or of another version.
+    """
+    try:
+        with np.load(path) as file:
+            arrays: Arrays = dict(file)
+        texts = json.loads(str(arrays["texts"]))
+    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
+        raise SceneError([Problem(f"is no checkpoint: {error}", file=str(path))]) from None
+    if texts["format"] != FORMAT:
+        reason = f"is of format {texts['format']}; this version reads {FORMAT}: run the scene again"
+        raise SceneError([Problem(reason, file=str(path))])
+    scene = scene_from_dict(texts["config"], f"{path}: config")
+    origin = texts["origin"]
+    origin["tips"] = {name: (crack, end) for name, (crack, end) in origin["tips"].items()}
+    record = Record(scene, expand(scene), Origin(**origin))
+    record.notes = texts["notes"]
+    record.warnings = dict.fromkeys(texts["warnings"])
+    record.steps = _read_steps(arrays, texts["seconds"])
+    decision = texts["decision"]
+    if decision is not None:
+        for key in ("running", "tangents"):
+            decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
+        decision = Decision(**decision)
+    return Start(_read_body(arrays, texts, record), record, decision)
+
+
+def changed_keys(one: Scene, other: Scene) -> list[str]:
+    """Name the top-level keys in which two scenes differ."""
+    a, b = effective_config(one), effective_config(other)
+    return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
+
+
+def _columns(prefix: str, table: MaterialPoints | ParticleDomains | Quadrature | None) -> Arrays:
+    if table is None:
+        return {}
+    return {f"{prefix}.{field.name}": getattr(table, field.name) for field in fields(table)}
+
+
+def _steps(steps: list[StepRecord]) -> Arrays:
+    """The steps, one array a quantity, with nan where a step has none."""
+    shapes = {name: np.shape(value) for step in steps for name, value in step.values.items()}
+    return {
+        "steps.load_factor": np.array([step.load_factor for step in steps]),
+        "steps.conjugates": np.array([step.conjugates for step in steps]).reshape(-1, 2),
+    } | {
+        f"values.{name}": np.array(
+            [step.values.get(name, np.full(shape, np.nan)) for step in steps], float
+        )
+        for name, shape in shapes.items()
+    }
+
+
+def _read_steps(arrays: Arrays, seconds: list[dict[str, float]]) -> list[StepRecord]:
+    values = {
+        key.removeprefix("values."): array
+        for key, array in arrays.items()
+        if key.startswith("values.")
+    }
+    return [
+        StepRecord(
+            float(arrays["steps.load_factor"][i]),
+            {name: array[i] for name, array in values.items()},
+            spent,
+            tuple(arrays["steps.conjugates"][i].tolist()),
+        )
+        for i, spent in enumerate(seconds)
+    ]
+
+
+def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
+    mesh = Triangulation(
+        nodes=arrays["mesh.nodes"],
+        triangles=arrays["mesh.triangles"],
+        regions=arrays["mesh.regions"],
+        region_names=tuple(texts["region_names"]),
+        edges={name: arrays[f"mesh.edges.{i}"] for i, name in enumerate(texts["edges"])},
+        cracks={name: arrays[f"mesh.cracks.{i}"] for i, name in enumerate(texts["cracks"])},
+        points=texts["points"],
+    )
+    names = {place: name for name, place in record.origin.tips.items()}
+
+    def table(prefix: str, kind: Any) -> Any:
+        if f"{prefix}.{fields(kind)[0].name}" not in arrays:
+            return None
+        return kind(**{field.name: arrays[f"{prefix}.{field.name}"] for field in fields(kind)})
+
+    return bodies.compose(
+        record.full,
+        mesh,
+        bodies.named_grid(mesh, record.full, names),
+        table("points", MaterialPoints),
+        table("domains", ParticleDomains),
+        table("quadrature", Quadrature),
+        texts["quality"],
+        texts["deviation"],
+    )

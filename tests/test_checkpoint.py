@@ -1,0 +1,322 @@
+"""A run that was broken off goes on as if it had not been."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner, Result
+
+from cfmpm import equilibrium, simulation
+from cfmpm.checkpoint import read_checkpoint, write_checkpoint
+from cfmpm.cli import app
+from cfmpm.errors import SceneError, SolveError
+from cfmpm.keeper import CHECKPOINT, HISTORY, UNFINISHED, Keeper
+from cfmpm.record import Record
+from cfmpm.scene import scene_from_dict
+from cfmpm.simulation import State
+
+# Two cracks, of which the ends of one are both tips; a support that is a point; a region.
+GROWTH = {"control": "crack", "increments": 9}
+SCENE: dict[str, Any] = {
+    "name": "plate",
+    "geometry": {
+        "outline": [[0, 0], [20, 0], [20, 12], [0, 12]],
+        "holes": [{"name": "hole", "circle": {"centre": [13, 8], "radius": 1.5}}],
+        "cracks": [
+            {"name": "edge", "points": [[0, 6], [3, 6]]},
+            {"name": "inner", "points": [[6, 4.5], [8, 5]]},
+        ],
+        "regions": [
+            {
+                "name": "inlay",
+                "material": {"E": 70e3, "nu": 0.2, "g_c": 0.5},
+                "circle": {"centre": [16, 3], "radius": 1},
+            }
+        ],
+    },
+    "material": {"E": 210e3, "nu": 0.3, "g_c": 1.0},
+    "loads": [
+        {"edge": "edge_1", "displacement": {"y": 0}},
+        {"point": [0, 0], "displacement": {"x": 0}},
+        {"edge": "edge_3", "traction": [0, 10]},
+    ],
+    "mesh": {"element": "T3", "size": 1.5},
+    "growth": GROWTH,
+}
+VARIANTS: dict[str, dict[str, Any]] = {
+    "T3": {},
+    "T6": {"mesh": {"element": "T6", "size": 3}},
+    "paper": {"growth": {**GROWTH, "transfer": "paper", "order": 1}},
+    "refined": {"fracture": {"refine": 0.4, "radii": 2}},
+}
+
+
+class StopHereError(Exception):
+    """What breaks a run off."""
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    """Compare two histories to the last bit, but for what no two runs share."""
+    for name in ("history", "date_created"):
+        one.attrs.pop(name), other.attrs.pop(name)
+    xr.testing.assert_identical(one.drop_vars("wall_time"), other.drop_vars("wall_time"))
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("steps", [1, 2, 6])
+def test_the_end_is_that_of_a_run_in_one_go(tmp_path: Path, variant: str, steps: int) -> None:
+    scene = scene_from_dict(SCENE | VARIANTS[variant])
+    keeper = Keeper(tmp_path)
+
+    def observe(state: State, record: Record) -> None:
+        keeper.observe(state, record)
+        if len(record.steps) == steps:
+            raise StopHereError
+
+    with pytest.raises(StopHereError):
+        simulation.run(scene, observe=observe)
+    keeper.write("stopped")
+    start = read_checkpoint(tmp_path / CHECKPOINT)
+    assert len(start.record.steps) == steps - 1
+    whole, resumed = simulation.run(scene), simulation.run(scene, start=start)
+    assert whole.history.sizes["step"] > 6
+    same(whole.history, resumed.history)
+    np.testing.assert_array_equal(whole.displacement, resumed.displacement)
+    np.testing.assert_array_equal(whole.points.stress, resumed.points.stress)
+    np.testing.assert_array_equal(whole.points.element, resumed.points.element)
+
+
+def test_what_is_kept_does_not_depend_on_when(tmp_path: Path) -> None:
+    """A checkpoint of a resumed run is that of the first run."""
+    scene = scene_from_dict(SCENE)
+    files = []
+
+    def keep(state: State, record: Record) -> None:
+        keeper.observe(state, record)
+        if len(record.steps) in (4, 7):
+            keeper.write("")
+            files.append((tmp_path / CHECKPOINT).read_bytes())
+
+    keeper = Keeper(tmp_path)
+    simulation.run(scene, observe=keep)
+    (tmp_path / CHECKPOINT).write_bytes(files[0])
+    start = read_checkpoint(tmp_path / CHECKPOINT)
+    keeper = Keeper(tmp_path, start)
+    simulation.run(scene, observe=keep, start=start)
+    first, second = (np.load(_saved(tmp_path, content)) for content in files[1::2])
+    assert sorted(first) == sorted(second)
+    for name in first:
+        if name != "texts":  # which holds wall times
+            np.testing.assert_array_equal(first[name], second[name], err_msg=name)
+
+
+def _saved(folder: Path, content: bytes) -> Path:
+    path = folder / f"{len(list(folder.iterdir()))}.npz"
+    path.write_bytes(content)
+    return path
+
+
+def test_a_damaged_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / CHECKPOINT
+    for content in (b"", b"PK\x03\x04 no archive"):
+        path.write_bytes(content)
+        with pytest.raises(SceneError, match="checkpoint"):
+            read_checkpoint(path)
+    np.savez(path, nothing=np.zeros(1))
+    with pytest.raises(SceneError, match="is no checkpoint"):
+        read_checkpoint(path)
+
+
+def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / CHECKPOINT
+    start = simulation.Start.of(scene_from_dict(SCENE))
+    monkeypatch.setattr("cfmpm.checkpoint.FORMAT", 0)
+    write_checkpoint(start, path)
+    monkeypatch.undo()
+    with pytest.raises(SceneError, match="format 0"):
+        read_checkpoint(path)
+
+
+def test_a_half_written_checkpoint_leaves_the_last_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / CHECKPOINT
+    start = simulation.Start.of(scene_from_dict(SCENE))
+    write_checkpoint(start, path)
+    before = path.read_bytes()
+
+    def fail(file: Any, **arrays: Any) -> None:
+        file.write(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", fail)
+    with pytest.raises(OSError, match="No space"):
+        write_checkpoint(start, path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+SMALL = """\
+name: small
+family: {kind: single_edge, width: 10, height: 20, crack_length: 4, traction: 10}
+material: {E: 210e3, nu: 0.3, g_c: 1.0}
+mesh: {element: T3, size: 2}
+growth: {control: crack, increments: 8}
+output: {every: 2}
+"""
+
+
+def call(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A small scene file, in a working directory of its own; every step is kept at once."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("cfmpm.keeper.INTERVAL", 0.0)
+    path = tmp_path / "small.yaml"
+    path.write_text(SMALL)
+    return path
+
+
+def break_off_at(
+    monkeypatch: pytest.MonkeyPatch, step: int, error: BaseException | signal.Signals
+) -> None:
+    """Let the solve of a step fail, or a signal come in it."""
+    solve, calls = equilibrium.solve_linear, []
+
+    def failing(*arguments: Any, **keywords: Any) -> Any:
+        calls.append(None)
+        if len(calls) == step:
+            if isinstance(error, signal.Signals):
+                signal.raise_signal(error)
+            else:
+                raise error
+        return solve(*arguments, **keywords)
+
+    monkeypatch.setattr(equilibrium, "solve_linear", failing)
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [(SolveError("no balance"), 1), (signal.SIGINT, 130), (signal.SIGTERM, 130)],
+)
+def test_a_run_that_breaks_off_keeps_what_it_found(
+    scene_file: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException | signal.Signals,
+    status: int,
+) -> None:
+    whole = call("run", scene_file, "--output", "whole")
+    assert whole.exit_code == 0, whole.output
+    with monkeypatch.context() as patched:
+        break_off_at(patched, 6, error)
+        result = call("run", scene_file)
+    assert result.exit_code == status
+    assert "holds 5 steps; cfmpm resume results/small goes on" in result.stderr
+    folder = Path("results/small")
+    with xr.open_dataset(folder / HISTORY) as history:
+        assert history.sizes["step"] == 5
+        assert history.attrs["ending"].startswith(UNFINISHED)
+    if status == 1:
+        assert "step 6: no balance" in result.stderr
+    resumed = call("resume", folder, scene_file)
+    assert resumed.exit_code == 0, resumed.output
+    same(xr.load_dataset("whole/history.nc"), xr.load_dataset(folder / HISTORY))
+    assert {path.name for path in folder.iterdir()} == {p.name for p in Path("whole").iterdir()}
+    for name in ("fields_0003.nc", "fields_0009.nc", "fields_index.nc"):
+        xr.testing.assert_equal(
+            xr.load_dataset(Path("whole") / name), xr.load_dataset(folder / name)
+        )
+
+
+def test_a_run_that_fails_at_once_leaves_nothing(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    break_off_at(monkeypatch, 1, SolveError("no balance"))
+    result = call("run", scene_file)
+    assert result.exit_code == 1
+    assert "resume" not in result.stderr
+    assert list(Path("results/small").iterdir()) == []
+
+
+def test_what_has_ended_is_left_alone(scene_file: Path) -> None:
+    call("run", scene_file)
+    before = Path("results/small/history.nc").stat()
+    result = call("resume", "results/small")
+    assert result.exit_code == 0
+    assert "nothing to do, the run has ended; increments: 8" in result.stdout
+    assert Path("results/small/history.nc").stat() == before
+
+
+def test_a_changed_scene_is_refused(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patched:
+        break_off_at(patched, 3, KeyboardInterrupt())
+        call("run", scene_file)
+    before = Path("results/small/history.nc").read_bytes()
+    result = call("resume", "results/small", scene_file, "--set", "material.E=70e3")
+    assert result.exit_code == 2
+    assert "differs from the scene of results/small in material" in result.stderr
+    assert Path("results/small/history.nc").read_bytes() == before
+    assert call("resume", "results/small", scene_file).exit_code == 0
+
+
+def test_nothing_to_go_on_from(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = call("resume", "results/small")
+    assert result.exit_code == 2
+    assert "no such result" in result.stderr
+    with monkeypatch.context() as patched:
+        break_off_at(patched, 3, KeyboardInterrupt())
+        call("run", scene_file)
+    Path("results/small", CHECKPOINT).unlink()
+    result = call("resume", "results/small")
+    assert result.exit_code == 2
+    assert "run the scene again" in result.stderr
+
+
+def test_a_new_run_does_not_go_on_from_an_old_one(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patched:
+        break_off_at(patched, 3, KeyboardInterrupt())
+        call("run", scene_file)
+        break_off_at(patched, 1, SolveError("no balance"))
+        call("run", scene_file)
+    assert not Path("results/small", CHECKPOINT).exists()
+
+
+@pytest.mark.slow
+def test_kill_9_in_the_middle(scene_file: Path, tmp_path: Path) -> None:
+    """The process is given no chance to write anything."""
+    whole = call("run", scene_file, "--set", "growth.increments=20", "--output", "whole")
+    assert whole.exit_code == 0, whole.output
+    code = (
+        "import time; from cfmpm import cli, equilibrium, keeper; keeper.INTERVAL = 0.0\n"
+        "solve = equilibrium.solve_linear\n"
+        "def slow(*arguments):\n    time.sleep(0.05)\n    return solve(*arguments)\n"
+        "equilibrium.solve_linear = slow\n"
+        "cli.app(['run', 'small.yaml', '--set', 'growth.increments=20'])"
+    )
+    folder = tmp_path / "results" / "small"
+    process = subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path)
+    try:
+        deadline = time.monotonic() + 120
+        while not (folder / "fields_0007.nc").exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == -signal.SIGKILL
+    done = xr.load_dataset(folder / HISTORY).sizes["step"]
+    assert 5 <= done < 21
+    assert call("resume", folder).exit_code == 0
+    same(xr.load_dataset("whole/history.nc"), xr.load_dataset(folder / HISTORY))
