@@ -12,6 +12,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -77,6 +78,12 @@ Output = Annotated[
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print errors only")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="log each phase")]
+
+
+class Format(StrEnum):
+    """What results can be written as."""
+
+    vtu = "vtu"
 
 
 def _print_version(wanted: bool) -> None:
@@ -274,6 +281,33 @@ def plot(
     else:
         written.append(files.save_deformed(folder, fields))
         written += files.save_tip_forces(folder, fields, history)
+    for path in written:
+        typer.echo(path)
+
+
+@app.command(short_help="Write a result for ParaView.")
+def export(
+    result: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")],
+    format_: Annotated[
+        Format, typer.Option("--format", help="vtu: VTU files, and PVD files over the steps")
+    ] = Format.vtu,
+    output: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="folder to write to; default: vtu in that of the result"),
+    ] = None,
+) -> None:
+    """Write grid, material points and cracks of a run with fields for ParaView.
+
+    Example: cfmpm export results/plate_with_holes
+    """
+    from cfmpm.export import export_vtu
+
+    try:
+        written = export_vtu(result, output or result / format_.value)
+    except ImportError:
+        _fail("cfmpm: export needs pyvista: pip install 'cfmpm[export]'", FAILED)
+    except FileNotFoundError as error:
+        _fail(f"cfmpm: {error}", WRONG_INPUT)
     for path in written:
         typer.echo(path)
 

@@ -1,0 +1,114 @@
+"""What ParaView gets: read back by pyvista."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_series import growing
+from typer.testing import CliRunner, Result
+
+from cfmpm.cli import app
+from cfmpm.export import export_vtu
+from cfmpm.fields import build_fields
+from cfmpm.results import write_dataset
+from cfmpm.scene import scene_from_dict
+from cfmpm.series import FieldSeries, list_fields
+from cfmpm.simulation import run
+
+pyvista = pytest.importorskip("pyvista")
+
+
+@pytest.fixture(scope="module", params=["T3", "T6"])
+def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    scene = scene_from_dict(growing(request.param))
+    run(scene, observe=FieldSeries(folder, 2).observe)
+    export_vtu(folder, folder / "vtu")
+    return folder
+
+
+def call(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_time_is_the_step(folder: Path) -> None:
+    for kind in ("grid", "points", "cracks"):
+        assert pyvista.get_reader(folder / "vtu" / f"{kind}.pvd").time_values == [1.0, 3.0, 5.0]
+    assert len(list((folder / "vtu").iterdir())) == 3 * (3 + 1)
+
+
+@pytest.mark.parametrize("k", [0, 2])
+def test_values_are_those_of_the_fields(folder: Path, k: int) -> None:
+    fields = xr.load_dataset(list_fields(folder)[k]).isel(time=0)
+    read = {}
+    for kind in ("grid", "points", "cracks"):
+        reader = pyvista.get_reader(folder / "vtu" / f"{kind}.pvd")
+        reader.set_active_time_point(k)
+        (read[kind],) = reader.read()
+    grid, points, cracks = read["grid"], read["points"], read["cracks"]
+    x = np.column_stack([fields["node_x"], fields["node_y"]])
+    np.testing.assert_array_equal(grid.points[:, :2], x)
+    np.testing.assert_array_equal(grid.point_data["u"][:, 1], fields["u_y"])
+    np.testing.assert_array_equal(grid.point_data["cf"][:, 0], fields["cf_x"])
+    np.testing.assert_array_equal(grid.point_data["cf"][:, 2], 0.0)
+    np.testing.assert_array_equal(grid.cell_data["von_mises"], fields["von_mises"])
+    np.testing.assert_array_equal(grid.cells_dict[pyvista.CellType.TRIANGLE], fields["face_nodes"])
+    np.testing.assert_array_equal(points.points[:, 0], fields["point_x"])
+    np.testing.assert_array_equal(points.point_data["sigma_xy"], fields["point_sigma_xy"])
+    assert points.n_cells == fields.sizes["point"]
+    # An edge crack of 4 mm, and what has grown.
+    assert cracks.n_cells == 1
+    length = float(cracks.compute_cell_sizes()["Length"].sum())
+    assert length == pytest.approx(float(fields["crack_length"]), rel=1e-12)
+
+
+def test_two_cracks_are_two_lines(tmp_path: Path) -> None:
+    scene = growing()
+    del scene["family"], scene["growth"]
+    scene["geometry"] = {
+        "outline": [[0, 0], [10, 0], [10, 20], [0, 20]],
+        "cracks": [
+            {"name": "low", "points": [[0, 6], [3, 6]]},
+            {"name": "bent", "points": [[3, 12], [5, 12], [6, 13]]},
+        ],
+    }
+    scene["loads"] = [
+        {"edge": "edge_1", "displacement": {"x": 0, "y": 0}},
+        {"edge": "edge_3", "traction": [0, 10]},
+    ]
+    fields = build_fields(run(scene_from_dict(scene)))
+    write_dataset(fields, tmp_path / "fields.nc")
+    export_vtu(tmp_path, tmp_path)
+    cracks = pyvista.read(tmp_path / "cracks_0001.vtu")
+    lengths = cracks.compute_cell_sizes()["Length"]
+    np.testing.assert_allclose(lengths, [3.0, 2.0 + np.sqrt(2.0)], rtol=1e-12)
+    assert cracks.cell_data["crack"].tolist() == [0, 1]
+
+
+def test_the_command_names_what_it_wrote(folder: Path, tmp_path: Path) -> None:
+    result = call("export", folder, "--format", "vtu", "--output", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.split()
+    assert [Path(line).name for line in lines] == ["grid.pvd", "points.pvd", "cracks.pvd"]
+    assert all(Path(line).is_file() for line in lines)
+
+
+def test_without_fields_it_says_what_makes_them(tmp_path: Path) -> None:
+    result = call("export", tmp_path)
+    assert result.exit_code == 2
+    assert "output.fields" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_pyvista_it_names_the_extra(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    result = call("export", folder, "--output", tmp_path / "out")
+    assert result.exit_code == 1
+    assert "pip install 'cfmpm[export]'" in result.stderr
+    assert not (tmp_path / "out").exists()
