@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from cfmpm import remarks, results
 from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
+from cfmpm.fatigue import paris_cycles
 from cfmpm.fracture import stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
@@ -125,7 +126,7 @@ class Record:
         ending : str
             Why the run ended.
         """
-        return results.build_history(
+        history = results.build_history(
             self.scene,
             self.steps,
             stability=self._stability(),
@@ -139,6 +140,9 @@ class Record:
                 "warnings": list(self.warnings),
             },
         )
+        if self.full.fatigue is not None:
+            history["cycles"] = paris_cycles(history, **dict(self.full.fatigue))
+        return history
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
         """Where each crack ends, and what it does there."""

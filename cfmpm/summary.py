@@ -12,6 +12,7 @@ import xarray as xr
 
 from cfmpm.body import Body
 from cfmpm.remarks import doubts_before
+from cfmpm.scene import Scene
 from cfmpm.simulation import Result
 
 WIDTH = 100
@@ -102,11 +103,31 @@ def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -
         ("unknowns", f"{int((~start.loading.prescribed).sum())}"),
         ("solver", solver),
         *_list("tips", tips),
+        *_list("growth", _growth_plan(start.scene)),
         *_list("doubtful", doubts_before(start)),
         *_list("left out", left_out),
         ("written", str(written)),
     ]
     return f"{_heading(start)}\n\n{_facts(facts)}"
+
+
+def _growth_plan(scene: Scene) -> list[str]:
+    """What the cracks will do."""
+    growth = scene.growth
+    if growth is None:
+        return []
+    quantity = "|CF|" if growth.criterion == "cf_norm" else "G"
+    load = {
+        "load": f"at the load of the scene, tips run whose {quantity} reaches g_c",
+        "crack": f"increment by increment, at the load at which {quantity} of the first tip is g_c",
+    }[growth.control]
+    direction = {
+        "max_hoop": "of the largest hoop stress",
+        "max_energy": "of the largest energy release rate",
+        "cf": "of the configurational force",
+    }[growth.direction]
+    runs = "; of several tips the largest alone" if growth.tips == "largest" else ""
+    return [f"{load}{runs}; in the direction {direction}; {growth.increments} increments at most"]
 
 
 def _warnings(history: xr.Dataset) -> list[str]:
@@ -181,10 +202,12 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
                     for key in ("K_I", "K_II", "G")
                 ),
                 f"{float(first['kink_angle']):.3f}",
+                *([f"{float(tip['cycles'][-1]):.6g}"] if "cycles" in whole else []),
             ]
         )
     names = ["", "status", "from [mm]", "to [mm]", "path [mm]", "K_I [MPa mm^0.5]"]
     names += ["K_II [MPa mm^0.5]", "G [N/mm]", "first kink angle [deg]"]
+    names += ["cycles"] if "cycles" in whole else []
     rows = list(zip(names, *columns, strict=True))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join(

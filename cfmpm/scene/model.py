@@ -422,6 +422,22 @@ class Growth(Model):
     )
 
 
+class Fatigue(Model):
+    """Cycles of load between load_ratio and one times the loads of the scene, by Paris' law."""
+
+    C: Positive = Field(
+        description="of da/dN = C dK^m [mm/cycle / (MPa mm^0.5)^m]; from m/cycle and MPa m^0.5: "
+        "times 1000 / 1000^(m/2)"
+    )
+    m: Positive = Field(description="exponent of dK = (1 - load_ratio) sqrt(K_I^2 + K_II^2)")
+    threshold: Annotated[Number, Field(ge=0)] = Field(
+        0.0, description="dK at and below which a crack arrests [MPa mm^0.5]"
+    )
+    load_ratio: Annotated[Number, Field(ge=0, lt=1)] = Field(
+        0.0, description="least load over greatest"
+    )
+
+
 class Output(Model):
     """What is written besides the history."""
 
@@ -454,6 +470,9 @@ class Scene(Model):
     solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = "auto"
     fracture: Fracture = Fracture()
     growth: Growth | None = Field(None, description="left out: the cracks do not grow")
+    fatigue: Fatigue | None = Field(
+        None, description="left out: no cycles are counted along the path of a growing crack"
+    )
     output: Output = Output()
 
     @model_validator(mode="after")

@@ -37,6 +37,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *swallowed_loads(scene),
             *_toughness(scene, "mesh_file", scene.mesh_file.regions),
             *_refinement(scene),
+            *_fatigue(scene),
         ]
     whole = expand(scene)
     geometry = whole.geometry
@@ -44,6 +45,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
     found += [*contradictions(whole), *swallowed_loads(whole)]
     found += [*_toughness(scene, "geometry", geometry.regions), *_refinement(scene)]
+    found += _fatigue(scene)
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
@@ -114,6 +116,12 @@ def _refinement(scene: Scene) -> Iterator[Finding]:
             "fracture.refine",
             "needs growth.transfer: domains; paper leaves halved triangles without points",
         )
+
+
+def _fatigue(scene: Scene) -> Iterator[Finding]:
+    """Cycles along a path that is not followed to its end."""
+    if scene.fatigue is not None and (scene.growth is None or scene.growth.control != "crack"):
+        yield "fatigue", "counts cycles along a path: it needs growth with control: crack"
 
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
