@@ -244,7 +244,9 @@ def plot(
         typer.Option(metavar="DIR", help="folder to write to; default: that of the result"),
     ] = None,
 ) -> None:
-    """Draw a result: scene.png, deformed.png and cf_<tip>.png for each tip; paths.png of growth.
+    """Draw a result: scene.png, deformed.png and cf_<tip>.png for each tip.
+
+    Of growth also paths.png, force_<part>_<axis>.png and, with output.every, growth.gif.
 
     Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
     cracks grew, deformed.png and cf_<tip>.png are then left out.
@@ -253,8 +255,9 @@ def plot(
     """
     from cfmpm import body, simulation
     from cfmpm.fields import build_fields
-    from cfmpm.plotting import files
+    from cfmpm.plotting import animate_growth, files
     from cfmpm.scene import scene_from_dict
+    from cfmpm.series import INDEX
 
     source = result / "history.nc" if result.is_dir() else result
     history = _read_result(source, "domain_radius")
@@ -276,6 +279,8 @@ def plot(
     written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
     if scene.growth is not None:
         written += files.save_growth(folder, history, scene)
+        if (source.parent / INDEX).exists():
+            written.append(animate_growth(source.parent, folder / "growth.gif"))
     if fields is None:
         typer.echo("no fields of this run: output.fields: true keeps those of its end", err=True)
     else:
