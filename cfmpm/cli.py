@@ -168,15 +168,12 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
     from cfmpm import simulation, summary
     from cfmpm.keeper import HISTORY, Keeper
     from cfmpm.results import write_dataset
+    from cfmpm.series import INDEX, FieldSeries
 
     folder.mkdir(parents=True, exist_ok=True)
     keeper = Keeper(folder, start)
-    observers = [keeper.observe]
-    if scene.output.every is not None:
-        from cfmpm.series import FieldSeries
-
-        done = 0 if start is None else len(start.record.steps)
-        observers.append(FieldSeries(folder, scene.output.every, done).observe)
+    done = 0 if start is None else len(start.record.steps)
+    series = FieldSeries(folder, scene.output.every, done)
     with (
         _log_shown(verbose and not quiet),
         _progress(scene, visible=not (quiet or verbose)) as (announce, advance),
@@ -184,8 +181,9 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
     ):
 
         def observe(state: State, record: Record) -> None:
-            for observer in (*observers, advance):
-                observer(state, record)
+            keeper.observe(state, record)
+            series.observe(state, record)
+            advance(state, record)
 
         try:
             result = simulation.run(scene, announce, observe, start)
@@ -207,7 +205,7 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
         written.append(folder / "fields.nc")
         write_dataset(build_fields(result), written[1])
     if scene.output.every is not None:
-        written.append(folder / "fields_index.nc")
+        written.append(folder / INDEX)
     if not quiet:
         typer.echo(summary.of_run(result, written))
 

@@ -22,13 +22,13 @@ class FieldSeries:
     ----------
     folder : Path
         The files of an earlier run are taken away.
-    every : int
-        The first step is written, and every so many steps on.
+    every : int or None
+        The first step is written, and every so many steps on; None: no step.
     done : int, optional
         Steps of the same run that were solved before it was broken off; their files stay.
     """
 
-    def __init__(self, folder: Path, every: int, done: int = 0) -> None:
+    def __init__(self, folder: Path, every: int | None, done: int = 0) -> None:
         self._folder, self._every = Path(folder), every
         self._rows: list[tuple[int, float, float, str]] = []
         if (self._folder / INDEX).exists():
@@ -43,7 +43,7 @@ class FieldSeries:
     def observe(self, state: State, record: Record) -> None:
         """Write the fields of a state if it is its turn; an observer of `simulation.run`."""
         step, load_factor = len(record.steps), record.steps[-1].load_factor
-        if (step - 1) % self._every:
+        if self._every is None or (step - 1) % self._every:
             return
         name = f"fields_{step:04}.nc"
         attributes = provenance(record.scene)

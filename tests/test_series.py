@@ -111,11 +111,12 @@ def test_stress_on_the_faces_is_in_balance_with_the_load() -> None:
     assert mean == pytest.approx(10.0 * float(fields["load_factor"].values[0]), rel=1e-9)
 
 
-def test_a_new_run_takes_the_old_files_away(tmp_path: Path) -> None:
+@pytest.mark.parametrize("every", [1, None])
+def test_a_new_run_takes_the_old_files_away(tmp_path: Path, every: int | None) -> None:
     run(scene_from_dict(growing()), observe=FieldSeries(tmp_path, 1).observe)
     assert len(list_fields(tmp_path)) == 5
     (tmp_path / "fields_mine.nc").write_text("kept")
-    FieldSeries(tmp_path, 1)
+    FieldSeries(tmp_path, every)
     assert [path.name for path in tmp_path.iterdir()] == ["fields_mine.nc"]
 
 
