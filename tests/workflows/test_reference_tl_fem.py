@@ -178,18 +178,18 @@ def test_rigid_rotation_of_a_strained_body(element, law):
     assert j_other == pytest.approx(j_one, rel=1e-10)
 
 
-def stretched(solid, elongation):
+def stretched(solid):
     """The bar pulled at its ends, its sides free."""
     loads = fem.hold(fem.no_loads(solid), end(solid, 0.0), 1)
     loads = fem.hold(loads, end(solid, 2.0), 1, 2.0)
-    return fem.hold(loads, int(np.argmin(np.hypot(*solid.nodes.T))), 0), elongation
+    return fem.hold(loads, int(np.argmin(np.hypot(*solid.nodes.T))), 0)
 
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_uniaxial_stretch_of_hencky(element):
     """Closed form: lateral log strain -nu/(1-nu) that along, nominal stress E' ln(l) / l."""
     solid = bar(element, "hencky")
-    loads, _ = stretched(solid, 0.5)
+    loads = stretched(solid)
     *_, found = fem.follow(solid, loads, [0.5], first_step=0.1)
     modulus = E / (1 - NU**2)
     force = found.reaction[end(solid, 2.0), 1].sum()
@@ -202,7 +202,7 @@ def test_uniaxial_stretch_of_hencky(element):
 def test_uniaxial_stretch_of_ciarlet():
     """Closed form: tau_lateral = 0 is linear in the square of the lateral stretch."""
     solid = bar("T6", "ciarlet")
-    loads, _ = stretched(solid, 0.5)
+    loads = stretched(solid)
     *_, found = fem.follow(solid, loads, [0.5], first_step=0.1)
     # mu (c - 1) + lambda/2 (1.5^2 c - 1) = 0
     c = (MU + LAM / 2) / (MU + LAM / 2 * 1.5**2)
@@ -230,11 +230,10 @@ def test_dead_load_ends_at_the_limit_point():
 def test_negative_pivots_count_negative_eigenvalues():
     """A slender bar kept straight beyond its buckling loads."""
     solid = bar("T6", "neo_hookean", width=0.1, height=2.0, n=(1, 12), shake=0.0)
-    lateral = -np.linspace(0, 0.0)[0]
     loads = fem.hold(fem.no_loads(solid), end(solid, 0.0), 1)
     loads = fem.hold(loads, end(solid, 2.0), 1, -2.0)
     for height in (0.0, 2.0):
-        loads = fem.hold(loads, end(solid, height), 0, lateral)
+        loads = fem.hold(loads, end(solid, height), 0)
     counts = []
     for squeeze in (0.002, 0.02, 0.05):
         u = np.column_stack([np.zeros(len(solid.nodes)), -squeeze * solid.nodes[:, 1]])
@@ -254,11 +253,10 @@ def test_newton_is_quadratic(law):
     solid = fem.make_solid(plate.nodes, plate.elements, law, 210e3, 0.3)
     found = fem.newton(solid, plate_of_5_1.pulled(plate, solid), 0.1, fem.at_rest(solid))
     r = np.array(found.residuals)
-    before, after = r[:-1], r[1:]
-    fast = (before < 1e-2) & (after > 1e-13)
-    assert fast.sum() >= 1
-    assert (after[fast] < 10 * before[fast] ** 2 / before[0] ** 0).all()
-    assert r[-1] < 1e-11
+    assert len(r) <= 7
+    near = r[:-1] < 0.1
+    assert near.sum() >= 2
+    assert (r[1:][near] < 5 * r[:-1][near] ** 2 + 1e-13).all()
 
 
 def test_path_independence_and_release_of_energy():
@@ -266,7 +264,7 @@ def test_path_independence_and_release_of_energy():
     plate = plate_of_5_1.edge_crack("T6", 4.0, size=60.0, growth=0.3)
     solid = fem.make_solid(plate.nodes, plate.elements, "neo_hookean", 210e3, 0.3)
     loads = plate_of_5_1.pulled(plate, solid)
-    *_, found = fem.follow(solid, loads, [0.1], first_step=0.02)
+    found = fem.newton(solid, loads, 0.1, fem.at_rest(solid))
     rings = [
         fem.j_integral(
             solid, found.displacement, fem.ring_plateau(plate.nodes, plate.nodes[plate.tip], r)
@@ -288,16 +286,18 @@ def test_path_independence_and_release_of_energy():
     assert (energies[1] - energies[0]) / (2 * shift) == pytest.approx(rings[1], rel=1e-6)
 
 
-@pytest.mark.parametrize(("elongation", "j", "force"), [(0.1, 684_877, 1.000124e7)])
-def test_known_plate(elongation, j, force):
-    """A separate total Lagrangian code, converged, 500 x 1000 mm; here at 0.5 mm."""
+def test_known_plate():
+    """At 10 %, neo-Hookean: J and force by a separate total Lagrangian code, converged."""
     plate = plate_of_5_1.edge_crack("T6", 0.5, size=50.0, growth=0.3)
     solid = fem.make_solid(plate.nodes, plate.elements, "neo_hookean", 210e3, 0.3)
     loads = plate_of_5_1.pulled(plate, solid)
-    *_, found = fem.follow(solid, loads, [elongation], first_step=elongation)
-    assert fem.j_integral(solid, found.displacement, plate.plateau) == pytest.approx(j, rel=1e-3)
+    found = fem.newton(solid, loads, 0.1, fem.at_rest(solid))
+    assert found.negative_pivots == 0
+    assert fem.j_integral(solid, found.displacement, plate.plateau) == pytest.approx(
+        684_877, rel=1e-3
+    )
     top = found.reaction[plate.at(1000.0), 1].sum()
-    assert top == pytest.approx(force, rel=5e-4)
+    assert top == pytest.approx(1.000124e7, rel=5e-4)
 
 
 def test_stored_tables(root):
