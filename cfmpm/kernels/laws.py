@@ -100,6 +100,140 @@ def turned(a11, a22, a12, shear, cos2, sin2):
 
 
 @kernel
+def logarithmic(law, mu, yield_stress, hardening, H, y, history, p):
+    """Return the part W_mu of `HENCKY` and `J2`: quadratic in the logarithmic strain.
+
+    Parameters
+    ----------
+    law, mu, yield_stress, hardening, H, history, p
+        As in `respond`.
+    y : float
+        J - 1.
+
+    Returns
+    -------
+    tau, energy, c, state
+        As in `respond`, without the volumetric part.
+
+    Notes
+    -----
+    b_e = F Cp^-1 F^T is that of the trial state. The return is radial in its logarithmic strain
+    eps, with the exponential map for the plastic flow, and von Mises stress q: q - 3 mu dg =
+    yield stress + hardening (alpha + dg) (Simo 1992; de Souza Neto, Peric and Owen 2008, section
+    14.4 and box 7.3). Stored energy and plastic work together are a potential of the stress
+    (Ortiz and Stainier 1999). ln(b_1 / b_2) = ln(1 + x) with x = (b_1 - b_2) / b_2 is exact to
+    round-off however near the two are.
+    """
+    hxx, hxy, hyx, hyy = H
+    fxx, fyy = 1.0 + hxx, 1.0 + hyy
+    J = 1.0 + y
+    # b_e - I = H + H^T + H H^T + F (Cp^-1 - I) F^T
+    exx = 2.0 * hxx + hxx * hxx + hxy * hxy
+    eyy = 2.0 * hyy + hyx * hyx + hyy * hyy
+    exy = hxy + hyx + hxx * hyx + hxy * hyy
+    area = J * J
+    log_area = math.log1p(y)
+    eps_zz = 0.0
+    if law == J2:
+        gxx, gyy, gxy = history[p, 0], history[p, 1], history[p, 2]
+        exx += fxx * fxx * gxx + 2.0 * fxx * hxy * gxy + hxy * hxy * gyy
+        eyy += hyx * hyx * gxx + 2.0 * hyx * fyy * gxy + fyy * fyy * gyy
+        exy += fxx * hyx * gxx + (fxx * fyy + hxy * hyx) * gxy + hxy * fyy * gyy
+        growth = gxx + gyy + (gxx * gyy - gxy * gxy)
+        area *= 1.0 + growth
+        log_area += 0.5 * math.log1p(growth)
+        eps_zz = 0.5 * math.log1p(history[p, 3])
+    half = 0.5 * (exx - eyy)
+    r = math.hypot(half, exy)
+    b1 = 1.0 + 0.5 * (exx + eyy) + r
+    b2 = area / b1
+    x = 2.0 * r / b2
+    log_x = math.log1p(x)
+    cos2 = half / r if r > 0.0 else 1.0
+    sin2 = exy / r if r > 0.0 else 0.0
+
+    common = mu * log_area  # (beta_1 + beta_2) / 2
+    difference = 0.5 * mu * log_x  # (beta_1 - beta_2) / 2
+    energy = mu * (0.5 * log_area * log_area + 0.125 * log_x * log_x + eps_zz * eps_zz)
+    ratio = mu * (log_x / x if x > 0.0 else 1.0)  # s b_2
+    a11 = a22 = 2.0 * mu  # d beta_i / d eps_j
+    a12 = 0.0
+    state = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if law == J2:
+        alpha, work = history[p, 4], history[p, 5]
+        state = (gxx, gyy, gxy, history[p, 3], alpha, work)
+        mean = (log_area + eps_zz) / 3.0
+        d1 = 0.5 * log_area + 0.25 * log_x - mean
+        d2 = 0.5 * log_area - 0.25 * log_x - mean
+        d3 = eps_zz - mean
+        square = d1 * d1 + d2 * d2 + d3 * d3
+        q = 2.0 * mu * math.sqrt(1.5 * square)
+        excess = q - yield_stress - hardening * alpha
+        if excess > 0.0:
+            dg = excess / (3.0 * mu + hardening)
+            lost = 3.0 * mu * dg / q
+            kept = 1.0 - lost
+            common = mu * (2.0 * mean + kept * (d1 + d2))
+            difference *= kept
+            ratio *= kept
+            energy = mu * (3.0 * mean * mean + kept * kept * square)
+            # Consistent tangent 2 mu kept I_d + 6 mu^2 (dg / q - 1 / (3 mu + H)) N N.
+            along = 6.0 * mu * mu * (dg / q - 1.0 / (3.0 * mu + hardening)) / square
+            both = 2.0 / 3.0 * mu * lost
+            a11 = 2.0 * mu * kept + both + along * d1 * d1
+            a22 = 2.0 * mu * kept + both + along * d2 * d2
+            a12 = both + along * d1 * d2
+            # Cp^-1 changes by F^-1 (b_e - b_e trial) F^-T.
+            db1 = b1 * math.expm1(-2.0 * lost * d1)
+            db2 = b2 * math.expm1(-2.0 * lost * d2)
+            bm, bd = 0.5 * (db1 + db2), 0.5 * (db1 - db2)
+            bxx, byy, bxy = bm + bd * cos2, bm - bd * cos2, bd * sin2
+            JJ = J * J
+            state = (
+                gxx + (fyy * fyy * bxx - 2.0 * fyy * hxy * bxy + hxy * hxy * byy) / JJ,
+                gyy + (hyx * hyx * bxx - 2.0 * hyx * fxx * bxy + fxx * fxx * byy) / JJ,
+                gxy + ((fxx * fyy + hxy * hyx) * bxy - fyy * hyx * bxx - hxy * fxx * byy) / JJ,
+                history[p, 3] + (1.0 + history[p, 3]) * math.expm1(-2.0 * lost * d3),
+                alpha + dg,
+                work + dg * (yield_stress + hardening * (alpha + 0.5 * dg)),
+            )
+    beta_1, beta_2 = common + difference, common - difference
+    c = turned(a11 - 2.0 * beta_1, a22 - 2.0 * beta_2, a12, ratio - beta_2, cos2, sin2)
+    tau = (common + difference * cos2, common - difference * cos2, difference * sin2)
+    return tau, energy, c, state
+
+
+@kernel
+def neo_hookean(mu, H, y):
+    """Return the part W_mu = mu/2 (tr b - 2 - 2 ln J) of `NEO_HOOKEAN` and `CIARLET`.
+
+    Parameters
+    ----------
+    mu, H
+        As in `respond`.
+    y : float
+        J - 1.
+
+    Returns
+    -------
+    tau, energy, c, state
+        As in `respond`, without the volumetric part: tau = mu (b - I), of which the tangent is
+        that of linear elasticity.
+    """
+    hxx, hxy, hyx, hyy = H
+    # b - I = H + H^T + H H^T
+    tau = (
+        mu * (2.0 * hxx + hxx * hxx + hxy * hxy),
+        mu * (2.0 * hyy + hyx * hyx + hyy * hyy),
+        mu * (hxy + hyx + hxx * hyx + hxy * hyy),
+    )
+    # Sorted so that the terms of first order, which cancel, never appear.
+    energy = 0.5 * mu * ((hxx - hyy) ** 2 + (hxy + hyx) ** 2 + 2.0 * log_defect(y))
+    c = (2.0 * mu, 2.0 * mu, 0.0, 0.0, 0.0, mu)
+    return tau, energy, c, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
 def respond(law, lam, mu, yield_stress, hardening, H, mean, patched, history, p):
     """Return stress, energy, tangent and new state of one point.
 
@@ -133,7 +267,8 @@ def respond(law, lam, mu, yield_stress, hardening, H, mean, patched, history, p)
         minor symmetries; the stress term delta_ik tau_jl stands apart: c_ijkl + delta_ik tau_jl
         is J a_ijkl of paper eq 11 with misprints put right.
     state : tuple of six floats
-        New row of the history, zero but for `J2`.
+        New row of the history: Cp^-1 - I xx, yy, xy, zz, accumulated plastic strain, plastic work
+        per reference volume [MPa]; zero but for `J2`.
 
     Notes
     -----
@@ -142,50 +277,17 @@ def respond(law, lam, mu, yield_stress, hardening, H, mean, patched, history, p)
     values of tau and s = (beta_1 - beta_2) / (b_1 - b_2) (de Souza Neto, Peric and Owen 2008,
     section 14.5 and appendix A). s is in closed form for each law.
     """
-    hxx, hxy, hyx, hyy = H
-    y = hxx + hyy + (hxx * hyy - hxy * hyx)
-    J = 1.0 + y
-    # b - I = H + H^T + H H^T
-    exx = 2.0 * hxx + hxx * hxx + hxy * hxy
-    eyy = 2.0 * hyy + hyx * hyx + hyy * hyy
-    exy = hxy + hyx + hxx * hyx + hxy * hyy
-    state = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if law == HENCKY:
-        half = 0.5 * (exx - eyy)
-        r = math.hypot(half, exy)
-        b2 = J * J / (1.0 + 0.5 * (exx + eyy) + r)
-        x = 2.0 * r / b2
-        log_x = math.log1p(x)  # ln(b_1 / b_2)
-        log_J = math.log1p(y)
-        ratio = mu * (log_x / x if x > 0.0 else 1.0)  # s b_2
-        beta = mu * log_J
-        difference = 0.5 * mu * log_x
-        cos2 = half / r if r > 0.0 else 1.0
-        sin2 = exy / r if r > 0.0 else 0.0
-        txx = beta + ratio * half / b2
-        tyy = beta - ratio * half / b2
-        txy = ratio * exy / b2
-        energy = 0.5 * mu * (log_J * log_J + 0.25 * log_x * log_x)
-        c = turned(
-            2.0 * (mu - beta - difference),
-            2.0 * (mu - beta + difference),
-            0.0,
-            ratio - beta + difference,
-            cos2,
-            sin2,
-        )
+    y = H[0] + H[3] + (H[0] * H[3] - H[1] * H[2])
+    if law in (HENCKY, J2):
+        tau, energy, c, state = logarithmic(law, mu, yield_stress, hardening, H, y, history, p)
     else:
-        # tr b - 2 - 2 ln J, sorted so that terms of first order never appear.
-        excess = (hxx - hyy) ** 2 + (hxy + hyx) ** 2 + 2.0 * log_defect(y)
-        txx, tyy, txy = mu * exx, mu * eyy, mu * exy
-        energy = 0.5 * mu * excess
-        c = (2.0 * mu, 2.0 * mu, 0.0, 0.0, 0.0, mu)
+        tau, energy, c, state = neo_hookean(mu, H, y)
     stored, pressure, bulk = volumetric(law, lam, mean)
     energy += stored + pressure * (y - mean)
-    pressure *= J
-    both = pressure if patched else pressure + bulk * J * J
+    pressure *= 1.0 + y
+    both = pressure if patched else pressure + bulk * (1.0 + y) * (1.0 + y)
     return (
-        (txx + pressure, tyy + pressure, txy),
+        (tau[0] + pressure, tau[1] + pressure, tau[2]),
         energy,
         (
             c[0] + both - 2.0 * pressure,
