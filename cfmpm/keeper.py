@@ -49,9 +49,8 @@ class Keeper:
         # The next run solves this body again: a state of balance has more to it than is kept.
         before = copy.copy(record)
         before.steps = record.steps[:-1]
-        self._start = Start(state.body, before, self._decision, state.level, self._balance)
+        self._start = Start(state.body, before, self._decision, state.level, state.before)
         self._record, self._decision = record, state.decision
-        self._balance = state.balance
         if time.monotonic() >= self._due:
             self.write("the run was still going on")
             self._due = time.monotonic() + INTERVAL

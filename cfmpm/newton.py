@@ -14,7 +14,7 @@ from cfmpm.contact import Contact, close_faces
 from cfmpm.equilibrium import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
-from cfmpm.kernels import constitutive, finite, stretch
+from cfmpm.kernels import acoustic, constitutive, finite, stretch
 from cfmpm.loading import Loading
 from cfmpm.materials import Laws
 from cfmpm.points import MaterialPoints
@@ -158,7 +158,7 @@ def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
         goal = target if abs(remaining) < 1.2 * abs(length) else balance.load_factor + length
         try:
             start = state.displacement + (goal - balance.load_factor) * rate
-            found = march.balance(march.state(march.apart(start)), goal)
+            found = march.balance(march.state(march.apart(start)), goal, state.internal_force)
             march.check_jump(state, found.state)
         except SolveError as failure:
             length = 0.5 * (goal - balance.load_factor)
@@ -201,7 +201,8 @@ def rebalance(problem: Problem, last: Equilibrium) -> Equilibrium:
     """
     march = _March(problem, last.history)
     before = march.state(last.displacement)
-    return march.accept(last, before, march.balance(before, last.load_factor), last.load_factor)
+    found = march.balance(before, last.load_factor, before.internal_force)
+    return march.accept(last, before, found, last.load_factor)
 
 
 class _March:
@@ -311,37 +312,35 @@ class _March:
         """Keep the crack faces of a displacement apart, by the stiffness factored last."""
         return self._closed(displacement).displacement
 
-    def balance(self, state: _State, load_factor: float) -> _Balanced:
+    def balance(self, state: _State, load_factor: float, force_before: Floats) -> _Balanced:
         """Newton's method, from a state with the prescribed displacement of a load factor.
 
         Each iteration solves K delta = f_ext - f_int (paper eq 13, sign put right), presses
-        overlapping faces apart and goes along that correction as far as it helps.
+        overlapping faces apart and goes along that correction as far as it helps. Where it ends
+        without force, the forces before set the scale of what is unbalanced.
         """
         external = load_factor * self._problem.loading.force
-        contact_force, pairs = np.zeros_like(external), 0
+        scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
         residuals: list[float] = []
         while True:
             stiffness = self.factor_at(state)
             unbalanced = external - state.internal_force
             closed = self._closed(self._corrected(state.displacement, unbalanced))
-            contact_force, pairs = closed.force, closed.pairs
-            left = (unbalanced + contact_force)[self._free]
-            scale = max(
-                np.abs(state.internal_force).max(initial=0.0), np.abs(external).max(initial=0.0)
-            )
+            left = (unbalanced + closed.force)[self._free]
+            scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
             residuals.append(float(np.abs(left).max(initial=0.0) / scale) if scale > 0.0 else 0.0)
             floor = 0.0
             if residuals[-1] > RESIDUAL:
                 floor = round_off(stiffness, state.displacement[self._free], scale)
             if residuals[-1] <= max(RESIDUAL, min(floor, RESIDUAL_AT_FLOOR)):
-                return _Balanced(state, contact_force, pairs, tuple(residuals), floor)
+                return _Balanced(state, closed.force, closed.pairs, tuple(residuals), floor)
             if len(residuals) > MOST_ITERATIONS:
                 raise SolveError(
                     f"after {MOST_ITERATIONS} iterations {residuals[-1]:.1e} of the largest nodal "
                     f"force is still unbalanced (allowed {RESIDUAL:.0e}; round-off explains "
                     f"{floor:.1e})"
                 )
-            state = self._searched(state, closed.displacement, external + contact_force)
+            state = self._searched(state, closed.displacement, external + closed.force)
 
     def check_jump(self, before: _State, after: _State) -> None:
         """SolveError where a stretch has grown by more than `STRETCH_JUMP`."""
@@ -359,8 +358,8 @@ class _March:
         points, state = self._problem.points, found.state
         points.displacement_gradient = state.displacement_gradient
         points.stress, points.energy = state.stress, state.energy
-        self._history = state.history
         lost = self._unstable_points(state)
+        self._history = state.history
         return Equilibrium(
             displacement=state.displacement,
             internal_force=state.internal_force,
@@ -392,7 +391,17 @@ class _March:
 
     def _unstable_points(self, state: _State) -> int:
         """Count the points that have lost ellipticity."""
-        return 0
+        points, laws = self._problem.points, self._problem.laws
+        lowest = acoustic.ellipticity(
+            points.volume,
+            points.material,
+            laws.law,
+            laws.parameters,
+            self._history,
+            state.displacement_gradient,
+            laws.patch,
+        )
+        return int(np.count_nonzero(~(lowest > 0.0)))
 
     def _solve(self, force: Floats) -> Floats:
         assert self._factor is not None

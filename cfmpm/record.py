@@ -70,6 +70,7 @@ class Record:
         self.steps: list[results.StepRecord] = []
         self.warnings: dict[str, None] = {}
         self.notes: dict[str, Any] = {}
+        self.finite = False
 
     def add(
         self,
@@ -92,6 +93,7 @@ class Record:
         seconds : mapping of str to float
             Wall time of each phase of the step [s].
         """
+        self.finite = balance.finite
         factor = decision.load_factor
         if not np.isfinite(factor):
             factor = self.steps[-1].load_factor if self.steps else 1.0
@@ -113,7 +115,7 @@ class Record:
         values["fracture_energy"] = self._fracture_energy(body)
         self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
-        self.warnings |= dict.fromkeys(remarks.doubts(body, balance))
+        self.warnings |= dict.fromkeys(remarks.doubts(body, balance, scale))
 
     def add_severed(self, triangulation: Triangulation, seconds: Mapping[str, float]) -> None:
         """Add the last position of the cracks, after which a part of the body is free."""
@@ -138,7 +140,7 @@ class Record:
             notes={
                 **self.notes,
                 "ending": ending,
-                "left_out": remarks.left_out(self.full, bool(self.origin.tips)),
+                "left_out": remarks.left_out(self.full, bool(self.origin.tips), finite=self.finite),
                 "warnings": list(self.warnings),
             },
         )

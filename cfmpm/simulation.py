@@ -27,6 +27,8 @@ from cfmpm.scene import Scene
 
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
 GROWTH_PHASES = (*PHASES, "release")
+# How the ending begins of a run that no stable state goes on from.
+UNSTABLE = "unstable"
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ class State:
         What the cracks do next.
     level : int
         Number of the load step.
+    before : Equilibrium or None
+        What finite deformation set out from, on this grid.
     """
 
     body: Body
@@ -50,6 +54,7 @@ class State:
     configurational_force: Floats
     decision: growth.Decision
     level: int
+    before: Equilibrium | None
 
     @property
     def scene(self) -> Scene:
@@ -105,7 +110,7 @@ class Start:
     level : int
         Number of the load step.
     balance : Equilibrium or None
-        The one before, carried over to this grid.
+        What finite deformation sets out from, on this grid.
     """
 
     body: Body
@@ -174,6 +179,7 @@ def run(
                     grid.nodes, grid.elements, points.element, points.position
                 )
         with _step(len(record.steps) + 1):  # steps 3 to 6: stiffness, forces, balance, points
+            before = balance if balance is not None and balance.finite else None
             try:
                 balance = mechanics.solve(body, gradients, balance, levels[level], clock)
             except SolveError as error:
@@ -190,10 +196,10 @@ def run(
                 grid, tips, g_c, scene.growth, decision, factor, balance.scale(factor)
             )
         record.add(body, balance, tips, decision, clock.lap())
-        state = State(body, balance, nodal, decision, level)
+        state = State(body, balance, nodal, decision, level, before)
         observe(state, record)
         if balance.stopped:
-            ending = f"unstable: {balance.stopped}"
+            ending = f"{UNSTABLE}: {balance.stopped}"
             break
         last_level = level + 1 == len(levels)
         ending = growth.ending(
@@ -225,7 +231,7 @@ def _ending_without_balance(
         record.add_severed(body.triangulation, {})
         return f"unsolvable: growth.transfer: paper took stiffness away; {error}"
     if record.steps and balance is not None and balance.finite:
-        return f"unstable: {error}"
+        return f"{UNSTABLE}: {error}"
     return ""
 
 
