@@ -208,6 +208,14 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
         written.append(folder / INDEX)
     if not quiet:
         typer.echo(summary.of_run(result, written))
+    ending = str(result.history.attrs["ending"])
+    if ending.startswith(simulation.UNSTABLE):
+        raise SolveError(
+            f"{ending}. The last stable state is in {folder / HISTORY}. Under tractions or forces "
+            "the load may be more than the body can carry: displacements can be prescribed past a "
+            "largest load; where points have lost ellipticity (unstable_points), material.law: "
+            "ciarlet keeps it"
+        )
 
 
 @app.command(short_help="Mesh, load and draw a scene without solving it.")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -10,7 +11,7 @@ from scipy.sparse import csr_array
 from cfmpm import solvers
 from cfmpm.contact import close_faces
 from cfmpm.errors import SolveError
-from cfmpm.grid import Floats, Grid
+from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels import assembly, constitutive
 from cfmpm.loading import Loading
 from cfmpm.points import MaterialPoints
@@ -46,6 +47,27 @@ class Equilibrium:
         nan where the solver counts none.
     iterations : int
         Of an iterative linear solver; 0 for a direct one.
+    load_factor : float
+        At which all this holds.
+    finite : bool
+        Whether by finite deformation; else results grow in proportion to the load.
+    finite_effect : float
+        Part of the energy that finite deformation would change, where it was left out; nan where
+        nobody asked.
+    external_work : float
+        That finite deformation has taken so far [N]; nan where results grow with the load.
+    history : (p, h) float
+        Of the quadrature points of plastic materials at finite deformation; else h = 0.
+    newton_iterations, substeps : int
+        At finite deformation, so far.
+    residuals : tuple of float
+        Of each iteration of the last step, relative as `residual_norm`.
+    unstable_points : float
+        Points that have lost ellipticity; nan at small strain.
+    unstable_from : float
+        Load factor at which the first one had; nan where none has.
+    stopped : str
+        Why finite deformation went no further; empty where it did.
     """
 
     displacement: Floats
@@ -58,6 +80,29 @@ class Equilibrium:
     n_unknowns: int
     negative_pivots: float
     iterations: int
+    load_factor: float = 1.0
+    finite: bool = False
+    finite_effect: float = math.nan
+    external_work: float = math.nan
+    history: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    newton_iterations: int = 0
+    substeps: int = 0
+    residuals: tuple[float, ...] = ()
+    unstable_points: float = math.nan
+    unstable_from: float = math.nan
+    stopped: str = ""
+
+    def scale(self, load_factor: float) -> float:
+        """Return what its stresses are to be multiplied with to be those of a load factor."""
+        return 1.0 if self.finite else load_factor / self.load_factor
+
+
+def sparsity(grid: Grid, loading: Loading) -> tuple[Ints, Ints]:
+    """Return row pointers and columns of the stiffness of the free degrees of freedom."""
+    indptr, indices = assembly.sparsity(grid.elements, loading.free)
+    if len(indices) < np.iinfo(np.int32).max:
+        indptr = indptr.astype(np.int32)
+    return indptr, indices
 
 
 def assemble_stiffness(
@@ -80,11 +125,10 @@ def assemble_stiffness(
     csr_array
         Symmetric, both triangles [N/mm^2: N/mm per mm of thickness].
     """
-    free = loading.free
-    indptr, indices = assembly.sparsity(grid.elements, free)
+    indptr, indices = sparsity(grid, loading)
     data = assembly.stiffness(
         grid.elements,
-        free,
+        loading.free,
         indptr,
         indices,
         points.element,
@@ -93,8 +137,6 @@ def assemble_stiffness(
         points.material,
         lame,
     )
-    if len(data) < np.iinfo(np.int32).max:
-        indptr = indptr.astype(np.int32)
     n = len(indptr) - 1
     return csr_array((data, indices, indptr), shape=(n, n))
 
@@ -173,10 +215,9 @@ def solve_linear(
     residual_norm = float(residual / scale) if scale > 0.0 else 0.0
     residual_floor = 0.0
     if not residual_norm <= RESIDUAL:
-        # As many terms as a row has may add up their round-off. A part that only contact holds has
-        # moved far before its faces closed.
-        bound = abs(stiffness) @ np.maximum(np.abs(apart), np.abs(displacement))[free]
-        residual_floor = float(32.0 * np.finfo(float).eps * bound.max() / scale)
+        # A part that only contact holds has moved far before its faces closed.
+        moved = np.maximum(np.abs(apart), np.abs(displacement))
+        residual_floor = round_off(stiffness, moved[free], scale)
         if not residual_norm <= min(residual_floor, RESIDUAL_AT_FLOOR):
             raise SolveError(
                 f"the linear solution by {chosen.name} leaves an unbalanced force of "
@@ -197,3 +238,23 @@ def solve_linear(
         negative_pivots=factor.negative_pivots,
         iterations=solution.iterations,
     )
+
+
+def round_off(stiffness: csr_array, displacement: Floats, scale: float) -> float:
+    """Return the unbalanced force that round-off explains, relative to a nodal force.
+
+    Parameters
+    ----------
+    stiffness : (n, n) csr_array
+    displacement : (n,) float
+        Of the free degrees of freedom [mm].
+    scale : float
+        The nodal force [N/mm].
+
+    Returns
+    -------
+    float
+        eps |K| |u|, times as many terms as a row has to add up their round-off.
+    """
+    bound = abs(stiffness) @ np.abs(displacement)
+    return float(32.0 * np.finfo(float).eps * bound.max(initial=0.0) / scale)

@@ -2,10 +2,63 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from cfmpm.grid import Floats
+from cfmpm.grid import Floats, Ints
+from cfmpm.kernels import laws as kernels
 from cfmpm.scene.model import Material, Scene
+
+_LAWS = {
+    "hencky": kernels.HENCKY,
+    "neo_hookean": kernels.NEO_HOOKEAN,
+    "ciarlet": kernels.CIARLET,
+    "j2": kernels.J2,
+}
+
+
+@dataclass(frozen=True)
+class Laws:
+    """The materials of the regions at finite deformation.
+
+    Attributes
+    ----------
+    law : (q,) int
+        One of the constants of `kernels.laws`.
+    parameters : (q, 4) float
+        lambda, mu, yield stress and hardening modulus [MPa]; zero where a law has none.
+    patch : (p,) int
+        Over whose points the volume ratio is averaged; empty where each has its own.
+    """
+
+    law: Ints
+    parameters: Floats
+    patch: Ints
+
+    def virgin_history(self, n_points: int) -> Floats:
+        """Return the history of points that nothing has happened to."""
+        plastic = bool((self.law == kernels.J2).any())
+        return np.zeros((n_points, 6 if plastic else 0))
+
+
+def material_laws(scene: Scene, region_names: tuple[str, ...]) -> Laws:
+    """Return the materials of each region at finite deformation, in plane strain.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    region_names : tuple of str
+        ``"body"`` first.
+    """
+    materials = region_materials(scene, region_names)
+    yielding = [(material.yield_stress or 0.0, material.hardening) for material in materials]
+    return Laws(
+        law=np.array([_LAWS[material.law] for material in materials]),
+        parameters=np.column_stack([lame_constants(scene, region_names), yielding]),
+        patch=np.empty(0, np.int64),
+    )
 
 
 def region_materials(scene: Scene, region_names: tuple[str, ...]) -> list[Material]:

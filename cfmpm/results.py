@@ -63,7 +63,13 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "strain_energy": (_STEP, "N", "strain energy per mm of thickness (N mm/mm)"),
     "external_work": (_STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
     "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
-    "newton_iterations": (_STEP, "1", "Newton iterations; 0 for a linear solve"),
+    "newton_iterations": (_STEP, "1", "Newton iterations so far; 0 for a linear solve"),
+    "substeps": (_STEP, "1", "load steps so far, those in between included; 0 for a linear solve"),
+    "finite_effect": (
+        _STEP,
+        "1",
+        "part of the energy that finite deformation, left out, would change: an estimate",
+    ),
     "residual_norm": (_STEP, "1", "largest unbalanced force over the largest nodal force"),
     "negative_pivots": (_STEP, "1", "negative pivots of the stiffness; nan by amg"),
     "unstable_points": (_STEP, "1", "points that lost ellipticity; nan: linear, not looked at"),
@@ -90,6 +96,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 LOAD_POWER = {
     **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
     **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
+    "finite_effect": 1,
     **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
     "displacement": 1,
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),
