@@ -8,6 +8,7 @@ import numpy as np
 
 from cfmpm.grid import Floats, Ints
 from cfmpm.kernels import laws as kernels
+from cfmpm.points import MaterialPoints
 from cfmpm.scene.model import Material, Scene
 
 _LAWS = {
@@ -58,6 +59,37 @@ def material_laws(scene: Scene, region_names: tuple[str, ...]) -> Laws:
         law=np.array([_LAWS[material.law] for material in materials]),
         parameters=np.column_stack([lame_constants(scene, region_names), yielding]),
         patch=np.empty(0, np.int64),
+    )
+
+
+def stress_across(laws: Laws, points: MaterialPoints) -> Floats:
+    """Return sigma_zz of finite deformation in plane strain.
+
+    Parameters
+    ----------
+    laws : Laws
+    points : MaterialPoints
+
+    Returns
+    -------
+    (p,) float
+        Cauchy stress [MPa]. It is lambda U'(J) where nothing else strains or flows across; the
+        logarithmic laws have tr tau = (3 lambda + 2 mu) ln J, however plastic flow shares it out.
+    """
+    law = laws.law[points.material]
+    lam, mu = laws.parameters[points.material, :2].T
+    H = points.displacement_gradient
+    y = H[:, 0, 0] + H[:, 1, 1] + (H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0])
+    J, log_J = 1.0 + y, np.log1p(y)
+    trace = (3.0 * lam + 2.0 * mu) * log_J / J
+    choices = {
+        kernels.CIARLET: 0.5 * lam * y * (2.0 + y) / J,
+        kernels.NEO_HOOKEAN: lam * log_J / J,
+    }
+    return np.select(
+        [law == name for name in choices],
+        list(choices.values()),
+        trace - points.stress[:, 0] - points.stress[:, 1],
     )
 
 
