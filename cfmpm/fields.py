@@ -189,7 +189,9 @@ def _state_at_seeds(state: State) -> MaterialPoints:
         mechanics.update_elastic(state.body, seeds, gradients, state.displacement)
     else:
         lame = lame_constants(state.scene, grid.region_names)
-        equilibrium.update_points(grid, seeds, gradients, lame, state.displacement)
+        equilibrium.update_points(
+            grid, seeds, gradients, lame, state.displacement, state.body.patches
+        )
     return seeds
 
 

@@ -14,6 +14,7 @@ from cfmpm.fracture import cf
 from cfmpm.grid import Floats, Grid
 from cfmpm.kernels import finite
 from cfmpm.materials import lame_constants, material_laws
+from cfmpm.patches import patch_of
 from cfmpm.points import MaterialPoints
 from cfmpm.scene.model import Scene
 
@@ -169,7 +170,7 @@ def update_elastic(
         laws.parameters,
         laws.virgin_history(len(points)),
         displacement,
-        laws.patch,
+        patch_of(body.patches, points),
     )
     return float(det_F.min())
 
@@ -184,9 +185,9 @@ def _solve_small(body: Body, gradients: Floats, clock: Clock) -> Equilibrium:
     lame = lame_constants(body.scene, grid.region_names)
     problem = grid, points, gradients, lame, loading
     with clock("stiffness"):  # step 3
-        stiffness = equilibrium.assemble_stiffness(*problem)
+        stiffness = equilibrium.assemble_stiffness(*problem, body.patches)
     with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
-        return equilibrium.solve_linear(stiffness, *problem, body.scene.solver)
+        return equilibrium.solve_linear(stiffness, *problem, body.scene.solver, body.patches)
 
 
 def _solve_finite(
@@ -201,6 +202,7 @@ def _solve_finite(
         laws=material_laws(body.scene, body.grid.region_names),
         loading=body.loading,
         solver=body.scene.solver,
+        patches=body.patches,
     )
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
         rest = newton.at_rest(problem)

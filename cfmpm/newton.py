@@ -15,8 +15,10 @@ from cfmpm.equilibrium import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsit
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels import acoustic, constitutive, finite, stretch
+from cfmpm.kernels import patches as patch_kernels
 from cfmpm.loading import Loading
 from cfmpm.materials import Laws
+from cfmpm.patches import Patches, patch_of
 from cfmpm.points import MaterialPoints
 from cfmpm.solvers import Factor
 
@@ -55,6 +57,8 @@ class Problem:
     laws : Laws
     loading : Loading
     solver : str
+    patches : Patches or None
+        Over which the volume ratio is averaged.
     """
 
     grid: Grid
@@ -64,16 +68,29 @@ class Problem:
     laws: Laws
     loading: Loading
     solver: str = "auto"
+    patches: Patches | None = None
 
     @cached_property
     def pattern(self) -> tuple[Ints, Ints]:
         """Row pointers and columns of the stiffness of the free degrees of freedom."""
-        return sparsity(self.grid, self.loading)
+        return sparsity(self.grid, self.loading, self.patches)
+
+    @cached_property
+    def patch(self) -> Ints:
+        """Patch of each point; empty where there are none."""
+        return patch_of(self.patches, self.points)
 
     @cached_property
     def slots(self) -> Ints:
         """Where the entries of each element go in the stiffness."""
         slots: Ints = finite.entry_slots(self.grid.elements, self.loading.free, *self.pattern)
+        return slots
+
+    @cached_property
+    def patch_slots(self) -> Ints:
+        """Where the entries of each patch go in the stiffness."""
+        assert self.patches is not None
+        slots: Ints = finite.entry_slots(self.patches.nodes, self.loading.free, *self.pattern)
         return slots
 
 
@@ -237,7 +254,7 @@ class _March:
             laws.parameters,
             self._history,
             displacement,
-            laws.patch,
+            self._problem.patch,
         )
         if not det_F.min() > 0.0:
             raise SolveError(
@@ -269,8 +286,23 @@ class _March:
             laws.parameters,
             self._history,
             state.displacement_gradient,
-            laws.patch,
+            self._problem.patch,
         )
+        if self._problem.patches is not None:
+            data += patch_kernels.coupling(
+                self._problem.patch_slots,
+                len(indices),
+                self._problem.patches.nodes,
+                self._problem.grid.elements,
+                points.element,
+                self._problem.gradients,
+                points.volume,
+                points.material,
+                laws.law,
+                laws.parameters,
+                state.displacement_gradient,
+                self._problem.patch,
+            )
         stiffness = csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
         if self._factor is None:
             grid, chosen = self._problem.grid, self._chosen
@@ -399,7 +431,7 @@ class _March:
             laws.parameters,
             self._history,
             state.displacement_gradient,
-            laws.patch,
+            self._problem.patch,
         )
         return int(np.count_nonzero(~(lowest > 0.0)))
 
