@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from scipy.special import ellipk, ellipkinc, ellipe, ellipeinc, lambertw
+from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc, lambertw
 
 
 def lame(E, nu):
@@ -48,7 +48,7 @@ def confined_stretch(law, E, nu, stress):
     if law == "ciarlet":
         half = 0.5 * stress / (mu + 0.5 * lam)
         return half + np.hypot(half, 1.0)
-    return brentq(lambda l: confined_stress(law, E, nu, l) - stress, 0.05, 20.0, xtol=1e-15)
+    return brentq(lambda x: confined_stress(law, E, nu, x) - stress, 0.05, 20.0, xtol=1e-15)
 
 
 def column_under_weight(law, E, nu, height, weight, y):
@@ -59,8 +59,9 @@ def column_under_weight(law, E, nu, height, weight, y):
     """
 
     def part(at):
-        l = confined_stretch(law, E, nu, -weight * (height - at))
-        return (l - 1) * confined_stress(law, E, nu, l) - confined_energy(law, E, nu, l)
+        stretch = confined_stretch(law, E, nu, -weight * (height - at))
+        stress = confined_stress(law, E, nu, stretch)
+        return (stretch - 1) * stress - confined_energy(law, E, nu, stretch)
 
     return np.array([part(at) - part(0.0) for at in np.atleast_1d(y)]) / weight
 
@@ -73,7 +74,11 @@ def column_energy(law, E, nu, height, weight):
         return confined_energy(law, E, nu, stretch)
 
     x, w = np.polynomial.legendre.leggauss(40)
-    return 0.5 * height * sum(wi * density(0.5 * height * (1 + xi)) for xi, wi in zip(x, w, strict=True))
+    return (
+        0.5
+        * height
+        * sum(wi * density(0.5 * height * (1 + xi)) for xi, wi in zip(x, w, strict=True))
+    )
 
 
 def hencky_bar_stretch(E, nu, stress):
