@@ -280,7 +280,7 @@ class TestPlot:
     def test_fields_in_place_of_the_history(self, scene: Path) -> None:
         call("run", scene, "--set", "output.fields=true")
         result = call("plot", "results/small/fields.nc")
-        expect_failure(result, 2, "plot takes its folder, or its history.nc")
+        expect_failure(result, 2, "give the folder of a run, or its history.nc")
 
     @pytest.mark.parametrize(
         ("config", "word"), [("{", "config is damaged"), ('{"name": "x"}', "material")]

@@ -5,9 +5,9 @@ from cfmpm.plotting.growth import (
     animate_growth,
     draw_angles,
     draw_load_displacement,
-    draw_paths,
 )
 from cfmpm.plotting.mesh import Mesh, draw_cracks, draw_grid
+from cfmpm.plotting.paths import draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
 from cfmpm.plotting.style import picture
 from cfmpm.plotting.tip import draw_tip_forces
@@ -22,6 +22,7 @@ __all__ = [
     "draw_load_displacement",
     "draw_paths",
     "draw_scene",
+    "draw_tip_cf",
     "draw_tip_forces",
     "picture",
 ]

@@ -12,15 +12,15 @@ import xarray as xr
 from cfmpm.grid import Grid
 from cfmpm.loading import Loading
 from cfmpm.plotting.deformed import draw_deformed
-from cfmpm.plotting.growth import draw_load_displacement, draw_paths
+from cfmpm.plotting.growth import draw_load_displacement
 from cfmpm.plotting.mesh import Mesh
+from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
-from cfmpm.plotting.style import picture, size_around
+from cfmpm.plotting.style import LEGEND, picture, size_around
 from cfmpm.plotting.tip import draw_tip_forces
-from cfmpm.scene import Scene, expand
-from cfmpm.scene.geometry import Body
+from cfmpm.scene import Scene
 
-LEGEND, COLOUR_BAR = 2.6, 0.9  # widths [inch]
+COLOUR_BAR = 0.9  # width [inch]
 
 
 def save_scene(
@@ -59,19 +59,30 @@ def save_tip_forces(folder: Path, fields: xr.Dataset, history: xr.Dataset) -> li
     return paths
 
 
-def save_growth(folder: Path, history: xr.Dataset, scene: Scene) -> list[Path]:
-    """Write paths.png and, where the load changes, force_<part>_<axis>.png of each loaded part."""
-    outline = Body.of(expand(scene)).outline.exterior.coords if scene.mesh_file is None else None
-    places = np.column_stack([history["tip_x"].values.ravel(), history["tip_y"].values.ravel()])
-    paths = [Path(folder) / "paths.png"]
-    with picture(paths[0], size_around(np.array(outline or places), LEGEND)) as axes:
-        draw_paths(axes, history, expand(scene))
+def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> list[Path]:
+    """Write paths.png, cf.png and, where the load changes, force_<part>_<axis>.png.
+
+    Of loaded parts those that move, along the axes of their force. The scene is the expanded one;
+    the grid is drawn where a mesh file takes the place of a geometry.
+    """
+    body = grid if scene.geometry is None else scene
+    paths, size = [], size_around(corners_of(body), LEGEND)
+    for name, draw in {"paths": draw_paths, "cf": draw_tip_cf}.items():
+        paths.append(Path(folder) / f"{name}.png")
+        with picture(paths[-1], size) as axes:
+            draw(axes, history, body)
     factor = history["load_factor"].values
     if np.nanmax(factor) > np.nanmin(factor):
-        largest = max(float(np.abs(history[f"reaction_{axis}"]).max()) for axis in "xy")
+        largest = {
+            what: max(float(np.abs(history[f"{what}_{axis}"]).max()) for axis in "xy")
+            for what in ("reaction", "displacement")
+        }
         for part, axis in itertools.product(map(str, history["boundary"].values), "xy"):
-            force = history.sel(boundary=part)[f"reaction_{axis}"]
-            if float(np.abs(force).max()) > 1e-6 * largest:
+            of_part = history.sel(boundary=part)
+            if all(
+                float(np.abs(of_part[f"{what}_{axis}"]).max()) > 1e-6 * most
+                for what, most in largest.items()
+            ):
                 path = Path(folder) / f"force_{part}_{axis}.png"
                 with picture(path, (5.0, 4.0)) as axes:
                     draw_load_displacement(axes, history, part, axis)

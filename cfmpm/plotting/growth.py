@@ -1,10 +1,10 @@
-"""Pictures of cracks that grow: their paths, the equilibrium path, angles, and a film."""
+"""Pictures of cracks that grow: the equilibrium path, angles, and a film."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,16 +14,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.animation import PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
-from matplotlib.path import Path as Outline
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from cfmpm.grid import Floats, Grid
 from cfmpm.plotting.curves import STYLES
 from cfmpm.plotting.deformed import draw_deformed, magnification
-from cfmpm.plotting.mesh import Mesh, draw_grid
+from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.style import (
     BLACK,
     BLUE,
@@ -31,14 +27,10 @@ from cfmpm.plotting.style import (
     LIGHT_GREY,
     ORANGE,
     RC,
-    REGIONS,
     VERMILLION,
-    length_axes,
     size_around,
 )
 from cfmpm.results import TIP_STATUS
-from cfmpm.scene.geometry import Body
-from cfmpm.scene.model import Scene
 from cfmpm.series import list_fields
 
 # Colour and dashes both differ, so that the parts are told apart without colour too.
@@ -50,75 +42,6 @@ PARTS = {
 }
 FILM_RESOLUTION = 100  # dots per inch
 COLOUR_BAR = 0.9  # width [inch]
-
-
-def draw_paths(
-    axes: Axes,
-    history: xr.Dataset,
-    body: Scene | Grid | Mesh,
-    reference: ArrayLike | Mapping[str, ArrayLike] | None = None,
-) -> Axes:
-    """Draw the paths of the crack tips over the outline of the body and its holes.
-
-    Parameters
-    ----------
-    axes : Axes
-    history : xarray.Dataset
-        Of a growth run.
-    body : Scene or Grid or Mesh
-        A scene gives the outline and the initial cracks; a grid is drawn with its elements.
-    reference : (k, 2) float or mapping of str to (k, 2) float, optional
-        Points of other paths to compare with [mm], by their name in the legend.
-
-    Returns
-    -------
-    Axes
-        With a dot at each increment, and a cross where a tip has arrived or stopped.
-    """
-    if isinstance(body, Scene):
-        _draw_body(axes, body)
-    else:
-        draw_grid(axes, body, colour=LIGHT_GREY, width=0.3)
-    for i, name in enumerate(history["tip"].values):
-        colour, _ = STYLES[i % len(STYLES)]
-        path = tip_path(history, str(name))
-        axes.plot(*path.T, "-o", color=colour, lw=1.2, ms=2.0, zorder=4, label=str(name))
-        axes.plot(*path[-1], "x", color=colour, ms=6.0, mew=1.4, zorder=5)
-    if reference is not None:
-        named = reference if isinstance(reference, Mapping) else {"reference": reference}
-        for (name, points), marker in zip(named.items(), "s^Dv", strict=False):
-            style: dict[str, Any] = {"mfc": "none", "mec": BLACK, "ms": 4.5, "mew": 0.8}
-            axes.plot(*np.asarray(points, float).T, marker, zorder=3, label=name, **style)
-    axes.autoscale_view()
-    length_axes(axes)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return axes
-
-
-def tip_path(history: xr.Dataset, tip: str) -> Floats:
-    """Return the places at which a tip has been, each once, (k, 2) [mm]."""
-    of_tip = history.sel(tip=tip)
-    places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
-    moved = np.ones(len(places), bool)
-    moved[1:] = np.diff(places, axis=0).any(axis=1)
-    return places[moved]
-
-
-def _draw_body(axes: Axes, scene: Scene) -> None:
-    """Draw outline, holes and initial cracks of a scene."""
-    polygon = Body.of(scene).polygon
-    parts = []
-    for part in getattr(polygon, "geoms", [polygon]):
-        rings = [part.exterior, *part.interiors]
-        parts.append(
-            PathPatch(Outline.make_compound_path(*(Outline(ring.coords) for ring in rings)))
-        )
-    axes.add_collection(
-        PatchCollection(parts, facecolor=REGIONS[0], edgecolor=BLACK, linewidth=0.8)
-    )
-    geometry = Body.of(scene).geometry
-    lines = [np.array(crack.points) for crack in geometry.cracks]
-    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=1.8, zorder=3))
 
 
 def draw_load_displacement(

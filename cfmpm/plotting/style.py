@@ -33,6 +33,7 @@ REGIONS = ("#F2F2F2", "#CFE6F5", "#FBE3B5", "#CDEBDD", "#F3D9E6")
 STRESS_MAP = "viridis"
 
 RESOLUTION = 200  # dots per inch
+LEGEND = 2.6  # width of a legend beside the axes [inch]
 RC: dict[Any, Any] = {
     "axes.axisbelow": True,
     "axes.labelsize": 9,

@@ -12,10 +12,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 from structured import rectangle
 
+from cfmpm.accessor import tip_path
 from cfmpm.fields import build_fields
 from cfmpm.grid import build_grid
 from cfmpm.plotting import animate_growth, draw_angles, draw_load_displacement, draw_paths
-from cfmpm.plotting.growth import PARTS, tip_path
+from cfmpm.plotting.files import save_growth
+from cfmpm.plotting.growth import PARTS
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene import expand, scene_from_dict
 from cfmpm.simulation import run
@@ -154,3 +156,9 @@ def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
 def test_a_film_of_nothing_says_what_makes_fields(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"output\.every"):
         animate_growth(tmp_path, tmp_path / "film.gif")
+
+
+def test_forces_are_drawn_of_the_parts_that_move(tmp_path: Path) -> None:
+    result = run(scene_from_dict(SCENE))
+    paths = save_growth(tmp_path, result.history, result.scene, result.grid)
+    assert [path.name for path in paths] == ["paths.png", "cf.png", "force_top_y.png"]
