@@ -217,6 +217,13 @@ def tip_path(history: xr.Dataset, tip: str) -> NDArray[np.float64]:
     return places[moved]
 
 
+def new_length(history: xr.Dataset) -> NDArray[np.float64]:
+    """Return how far all tips together have run at each step, (step,) [mm]."""
+    places = history[["tip_x", "tip_y"]].transpose("step", "tip")
+    steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
+    return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])
+
+
 def _new_axes(body: Scene | Grid) -> Axes:
     """Axes in a figure that fits a body, which a notebook shows."""
     import matplotlib.pyplot as plt
