@@ -117,7 +117,7 @@ def draw_factors(axes: Axes, history: xr.Dataset) -> Axes:
     Axes
         Increments in which a tip waits for another one are left out.
     """
-    named = {"K_I": "K_I", "K_II": "K_II"}
+    named = {"K_I": "$K_I$", "K_II": "$K_{II}$"}
     _draw_along_paths(axes, history, named)
     axes.set_ylabel("stress intensity factor [MPa mm$^{1/2}$]")
     axes.legend()
