@@ -6,7 +6,6 @@ All that is heavy (numba, gmsh, xarray, matplotlib) is imported within the comma
 
 from __future__ import annotations
 
-import json
 import logging
 import signal
 import sys
@@ -23,8 +22,6 @@ from cfmpm import __version__
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from cfmpm.record import Record
     from cfmpm.scene import Scene
     from cfmpm.simulation import Start, State
@@ -142,13 +139,14 @@ def resume(
 
     Example: cfmpm resume results/plate_with_holes
     """
+    from cfmpm.accessor import open_history
     from cfmpm.checkpoint import changed_keys, read_checkpoint
     from cfmpm.keeper import CHECKPOINT, HISTORY, UNFINISHED
     from cfmpm.scene import load_scene
 
     checkpoint = result / CHECKPOINT
     if not checkpoint.exists():
-        ending = str(_read_result(result / HISTORY, "domain_radius").attrs["ending"])
+        ending = str(open_history(result / HISTORY).attrs["ending"])
         if ending.startswith(UNFINISHED):
             reason = "is not there: nothing to go on from; run the scene again"
             raise SceneError([Problem(reason, file=str(checkpoint))])
@@ -250,9 +248,11 @@ def plot(
         typer.Option(metavar="DIR", help="folder to write to; default: that of the result"),
     ] = None,
 ) -> None:
-    """Draw a result: scene.png, deformed.png and cf_<tip>.png for each tip.
+    """Draw a result: scene.png, deformed.png, and for each tip mesh_<tip>.png, cf_<tip>.png.
 
-    Of growth also paths.png, force_<part>_<axis>.png and, with output.every, growth.gif.
+    With several domain radii also radii_<tip>.png. Of growth paths.png, cf.png, factors.png,
+    angles.png, energy.png; where the load changes load.png and force_<part>_<axis>.png; and, with
+    output.every, growth.gif.
 
     Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
     cracks grew, deformed.png and cf_<tip>.png are then left out.
@@ -260,17 +260,17 @@ def plot(
     Example: cfmpm plot results/single_edge_crack
     """
     from cfmpm import body, simulation
+    from cfmpm.accessor import History, open_history, read_result
     from cfmpm.fields import build_fields
     from cfmpm.plotting import animate_growth, files
-    from cfmpm.scene import scene_from_dict
     from cfmpm.series import INDEX
 
     source = result / "history.nc" if result.is_dir() else result
-    history = _read_result(source, "domain_radius")
-    scene = scene_from_dict(_stored_config(history, source), f"{source}: config")
+    history = open_history(source)
+    scene = History(history).scene
     folder = output or source.parent
     fields_file = source.parent / "fields.nc"
-    fields = _read_result(fields_file, "face_nodes") if fields_file.exists() else None
+    fields = read_result(fields_file, "face_nodes") if fields_file.exists() else None
     if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
         typer.echo(f"{fields_file} belongs to another run: not used", err=True)
         fields = None
@@ -283,8 +283,9 @@ def plot(
 
     radii = [max(domain.radii) for domain in state.tip_domains]
     written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
+    written += files.save_tip_points(folder, state) + files.save_radii(folder, history)
     if scene.growth is not None:
-        written += files.save_growth(folder, history, scene)
+        written += files.save_growth(folder, history, state.scene, state.grid)
         if (source.parent / INDEX).exists():
             written.append(animate_growth(source.parent, folder / "growth.gif"))
     if fields is None:
@@ -450,29 +451,3 @@ def _step_text(record: Record) -> str:
         f"increment {len(record.steps) - 1}, crack length {lengths} mm, "
         f"load factor {step.load_factor:.4g}"
     )
-
-
-def _read_result(path: Path, variable: str) -> xr.Dataset:
-    """Read a dataset of cfmpm that has a variable; SceneError where it is none."""
-    import xarray as xr
-
-    if not path.is_file():
-        raise SceneError([Problem("no such result; cfmpm run makes one", file=str(path))])
-    try:
-        dataset = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError) as error:
-        reason = f"cannot be read as netCDF: {getattr(error, 'strerror', None) or error}"
-        raise SceneError([Problem(reason, file=str(path))]) from None
-    if variable not in dataset or not {"config", "config_hash"} <= dataset.attrs.keys():
-        reason = "is not what cfmpm run writes; plot takes its folder, or its history.nc"
-        raise SceneError([Problem(reason, file=str(path))])
-    return dataset
-
-
-def _stored_config(history: xr.Dataset, path: Path) -> dict[str, Any]:
-    """The scene as plain data, from the attributes of a history."""
-    try:
-        config: dict[str, Any] = json.loads(history.attrs["config"])
-    except ValueError:
-        raise SceneError([Problem("its attribute config is damaged", file=str(path))]) from None
-    return config

@@ -224,7 +224,8 @@ def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
 def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float]:
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
-    applied = float((loading.force * np.where(loading.prescribed, 0.0, u)).sum())
+    # Zero where a support prescribes the displacement: a force there does no work.
+    applied = float((loading.force * (u - loading.displacement)).sum())
     reaction = float(
         ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
     )

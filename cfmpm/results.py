@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
 from cfmpm.fracture.stability import STABILITY
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
