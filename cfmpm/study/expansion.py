@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -47,9 +47,18 @@ def axes(study: Study) -> tuple[Axis, ...]:
     return tuple(found)
 
 
-def places(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
-    """Index and values of each member; the last dimension runs fastest."""
-    for index in itertools.product(*(range(len(axis)) for axis in axes)):
+def count(axes: tuple[Axis, ...]) -> int:
+    """How many members there are."""
+    return math.prod(len(axis) for axis in axes)
+
+
+def places(
+    axes: tuple[Axis, ...], only: range | None = None
+) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
+    """Index and values of each member, or of some by their numbers; the last axis runs fastest."""
+    sizes = [len(axis) for axis in axes]
+    for number in range(count(axes)) if only is None else only:
+        index = tuple(int(i) for i in np.unravel_index(number, sizes))
         yield (
             index,
             {
@@ -120,12 +129,11 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
         for name, uncertain in study.latin_hypercube.parameters.items():
             for key_, reason in _broken_distribution(uncertain):
                 yield f"latin_hypercube.parameters.{name}.{key_}", reason
-    count = 1
-    for one in study.product.values():
-        count *= len(values(one))
-    count *= max([study.latin_hypercube.samples if study.latin_hypercube else 1, *lengths.values()])
-    if count > MOST_MEMBERS:
-        yield "", f"would have {count} members; the limit is {MOST_MEMBERS}"
+    members = math.prod(len(values(one)) for one in study.product.values())
+    cube = study.latin_hypercube
+    members *= max([cube.samples if cube else 1, *lengths.values()])
+    if members > MOST_MEMBERS:
+        yield "", f"would have {members} members; the limit is {MOST_MEMBERS}"
 
 
 def _broken_distribution(uncertain: Uncertain) -> Iterator[Finding]:

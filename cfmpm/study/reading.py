@@ -59,7 +59,7 @@ class Plan:
         The scene file it starts from, as plain data.
     axes : tuple of Axis
     members : tuple of Member
-        The last axis runs fastest.
+        The last axis runs fastest; all of them, or those asked for.
     """
 
     study: Study
@@ -68,13 +68,15 @@ class Plan:
     members: tuple[Member, ...]
 
 
-def load_study(path: str | os.PathLike[str]) -> Plan:
+def load_study(path: str | os.PathLike[str], only: range | None = None) -> Plan:
     """Read a study file and check the scene of every member.
 
     Parameters
     ----------
     path
         A YAML file.
+    only
+        Which members are wanted and checked, by their numbers from 0; default: all.
 
     Raises
     ------
@@ -86,7 +88,7 @@ def load_study(path: str | os.PathLike[str]) -> Plan:
     study = _study(document)
     base, folder = _base(document, study, path)
     axes = expansion.axes(study)
-    return Plan(study, base.data, axes, _members(study, document, base, folder, axes))
+    return Plan(study, base.data, axes, _members(study, document, base, folder, axes, only))
 
 
 def _study(document: Document) -> Study:
@@ -120,13 +122,18 @@ def _base(document: Document, study: Study, path: Path) -> tuple[Document, Path]
 
 
 def _members(
-    study: Study, document: Document, base: Document, folder: Path, axes: tuple[Axis, ...]
+    study: Study,
+    document: Document,
+    base: Document,
+    folder: Path,
+    axes: tuple[Axis, ...],
+    only: range | None,
 ) -> tuple[Member, ...]:
     keys, written = _written(study, document)
     members: list[Member] = []
     problems: list[Problem] = []
     bad = 0
-    for index, values in expansion.places(axes):
+    for index, values in expansion.places(axes, only):
         overrides = {**study.replace, **{keys[name]: value for name, value in values.items()}}
         try:
             scene = scene_from_document(base.overridden(overrides, written), folder)

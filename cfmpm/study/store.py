@@ -81,6 +81,12 @@ class Store:
                 path.unlink(missing_ok=True)
             self._own = [whole]
 
+    def discard(self) -> None:
+        """Take away what this store has written: it is somewhere else."""
+        for path in self._own:
+            path.unlink(missing_ok=True)
+        self._own = []
+
     def _write(self, outcomes: Iterable[Outcome]) -> Path:
         outcomes = list(outcomes)
         name = hashlib.sha256(" ".join(one.key for one in outcomes).encode()).hexdigest()[:16]
