@@ -11,11 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -234,27 +234,46 @@ def _flags(meanings: Sequence[str]) -> dict[str, Any]:
 
 def provenance(scene: Scene) -> dict[str, Any]:
     """Return global attributes after CF and ACDD, with what is needed to run a scene again."""
-    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
+    import numba  # loaded already where a scene has been solved, and else not needed
+
+    return {
+        **origin(scene.name, scene.description or f"Crack tips of scene {scene.name}", "run"),
+        "comment": "lists are JSON text; no number depends on how many threads were available",
+        "threads": numba.get_num_threads(),
+        "config": json.dumps(effective_config(scene), sort_keys=True),
+        "config_hash": config_hash(scene),
+    }
+
+
+def origin(title: str, summary: str, command: str) -> dict[str, Any]:
+    """Return global attributes after CF and ACDD that every dataset has.
+
+    Parameters
+    ----------
+    title, summary : str
+    command : str
+        Of ``cfmpm`` that makes the dataset.
+    """
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     now = datetime.fromtimestamp(float(epoch) if epoch else time.time(), UTC)
     stamp = now.strftime("%Y-%m-%dT%H:%M:%SZ")
     return {
         "Conventions": "CF-1.11, ACDD-1.3",
-        "title": scene.name,
-        "summary": scene.description or f"Crack tips of scene {scene.name}",
-        "source": f"cfmpm {version('cfmpm')}",
+        "title": title,
+        "summary": summary,
+        "source": f"cfmpm {_versions()['cfmpm']}",
         "references": "Zhou et al., Theor. Appl. Fract. Mech. 117 (2022) 103186",
         "keywords": "fracture mechanics, material point method, configurational force",
-        "history": f"{stamp} cfmpm run",
+        "history": f"{stamp} cfmpm {command}",
         "date_created": stamp,
-        "comment": "lists are JSON text; no number depends on how many threads were available",
-        "threads": numba.get_num_threads(),
-        "config": json.dumps(effective_config(scene), sort_keys=True),
-        "config_hash": config_hash(scene),
-        "versions": json.dumps(
-            {"python": platform.python_version(), **{name: version(name) for name in packages}}
-        ),
+        "versions": json.dumps(_versions()),
     }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
+    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> None:
