@@ -13,7 +13,9 @@ from cfmpm.fracture.refinement import refine
 from cfmpm.fracture.release import advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
+from cfmpm.materials import locks
 from cfmpm.meshing import triangulate
+from cfmpm.patches import Patches, build_patches
 from cfmpm.points import MaterialPoints, relocate, seed
 from cfmpm.scene import Scene, expand
 
@@ -55,6 +57,8 @@ class Body:
     loading : Loading
     tip_domains : tuple of Domains
         One a tip of the grid.
+    patches : Patches or None
+        Over which the change of volume is averaged; None where triangles do not lock.
     quality : float
         Of the worst triangle that growth has changed so far; 1 equilateral, 0 flat.
     deviation : float
@@ -72,6 +76,7 @@ class Body:
     integration: MaterialPoints
     loading: Loading
     tip_domains: tuple[Domains, ...]
+    patches: Patches | None
     quality: float = 1.0
     deviation: float = 0.0
     empty_elements: int = 0
@@ -134,7 +139,7 @@ def compose(
     UnheldError
         Where the loads drive a part away.
     """
-    integration = points if quadrature is None else _as_points(quadrature)
+    integration = points if quadrature is None else pieces.as_points(quadrature)
     floating, empty = _without_points(grid, integration.element)
     return Body(
         scene=scene,
@@ -146,6 +151,7 @@ def compose(
         integration=integration,
         loading=hold_nodes(apply_loads(scene, grid, integration), floating),
         tip_domains=_tip_domains(scene, grid),
+        patches=build_patches(grid) if locks(scene, grid.region_names) else None,
         quality=quality,
         deviation=deviation,
         empty_elements=empty,
@@ -241,20 +247,6 @@ def _tip_domains(scene: Scene, grid: Grid) -> tuple[Domains, ...]:
     growing = scene.growth is not None
     return tuple(
         choose_domains(grid, tip, scene.fracture.radii, growing=growing) for tip in grid.tips
-    )
-
-
-def _as_points(quadrature: pieces.Quadrature) -> MaterialPoints:
-    """Quadrature points in the form that sums over points take."""
-    n = len(quadrature)
-    return MaterialPoints(
-        position=quadrature.position,
-        volume=quadrature.volume,
-        element=quadrature.element,
-        material=quadrature.material,
-        displacement_gradient=np.zeros((n, 2, 2)),
-        stress=np.zeros((n, 3)),
-        energy=np.zeros(n),
     )
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cfmpm import body as bodies
 from cfmpm.body import Body
+from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import Problem, SceneError
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
@@ -24,7 +25,7 @@ from cfmpm.scene import Scene, effective_config, expand, scene_from_dict
 from cfmpm.simulation import Start
 
 # Of the layout of the file.
-FORMAT = 1
+FORMAT = 2
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -55,6 +56,8 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "warnings": list(record.warnings),
         "seconds": [step.seconds for step in record.steps],
         "decision": None if decision is None else asdict(decision),
+        "level": start.level,
+        "balance": _numbers(start.balance),
     }
     arrays = {
         "texts": np.array(json.dumps(texts, default=lambda value: value.tolist())),
@@ -66,6 +69,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **_columns("points", body.points),
         **_columns("domains", body.domains),
         **_columns("quadrature", body.quadrature),
+        **_columns("balance", start.balance),
         **_steps(record.steps),
     }
     with written_aside(path) as aside, aside.open("wb") as file:
@@ -109,7 +113,13 @@ def read_checkpoint(path: Path) -> Start:
         for key in ("running", "tangents"):
             decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
         decision = Decision(**decision)
-    return Start(_read_body(arrays, texts, record), record, decision)
+    return Start(
+        _read_body(arrays, texts, record),
+        record,
+        decision,
+        texts["level"],
+        _read_balance(arrays, texts["balance"]),
+    )
 
 
 def changed_keys(one: Scene, other: Scene) -> list[str]:
@@ -118,10 +128,36 @@ def changed_keys(one: Scene, other: Scene) -> list[str]:
     return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
 
 
-def _columns(prefix: str, table: MaterialPoints | ParticleDomains | Quadrature | None) -> Arrays:
+def _columns(
+    prefix: str, table: MaterialPoints | ParticleDomains | Quadrature | Equilibrium | None
+) -> Arrays:
     if table is None:
         return {}
-    return {f"{prefix}.{field.name}": getattr(table, field.name) for field in fields(table)}
+    columns = {field.name: getattr(table, field.name) for field in fields(table)}
+    return {
+        f"{prefix}.{name}": column
+        for name, column in columns.items()
+        if isinstance(column, np.ndarray)
+    }
+
+
+def _numbers(balance: Equilibrium | None) -> dict[str, Any] | None:
+    """What of a balance is no array."""
+    if balance is None:
+        return None
+    values = {field.name: getattr(balance, field.name) for field in fields(balance)}
+    return {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
+
+
+def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium | None:
+    if numbers is None:
+        return None
+    columns = {
+        key.removeprefix("balance."): array
+        for key, array in arrays.items()
+        if key.startswith("balance.")
+    }
+    return Equilibrium(**{**numbers, "residuals": tuple(numbers["residuals"]), **columns})
 
 
 def _steps(steps: list[StepRecord]) -> Arrays:

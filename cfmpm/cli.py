@@ -1,4 +1,4 @@
-"""The command line: run, resume, check, plot, export, schema.
+"""The command line: run, resume, check, plot, export, study, schema.
 
 All that is heavy (numba, gmsh, xarray, matplotlib) is imported within the commands, so that
 ``cfmpm --help`` answers at once and a run without pictures never loads matplotlib.
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cfmpm.record import Record
     from cfmpm.scene import Scene
     from cfmpm.simulation import Start, State
+    from cfmpm.study.member import Outcome
 
     Announce = Callable[[str], None]
     Observe = Callable[[State, Record], None]
@@ -206,6 +207,14 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
         written.append(folder / INDEX)
     if not quiet:
         typer.echo(summary.of_run(result, written))
+    ending = str(result.history.attrs["ending"])
+    if ending.startswith(simulation.UNSTABLE):
+        raise SolveError(
+            f"{ending}. The last stable state is in {folder / HISTORY}. Under tractions or forces "
+            "the load may be more than the body can carry: displacements can be prescribed past a "
+            "largest load; where points have lost ellipticity (unstable_points), material.law: "
+            "ciarlet keeps it"
+        )
 
 
 @app.command(short_help="Mesh, load and draw a scene without solving it.")
@@ -316,6 +325,59 @@ def export(
         typer.echo(path)
 
 
+@app.command(short_help="Solve a scene for many values of its keys.")
+def study(
+    study_file: Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="the study")],
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="processes, each on one thread; default: one for each core"),
+    ] = None,
+    check_: Annotated[bool, typer.Option("--check", help="list the members; solve none")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="folder to write to; default: results/<name of study>"),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Solve a scene for many values of its keys; write one dataset, study.nc.
+
+    Nothing runs before the scene of every member has been checked. Members that fail are marked in
+    the dataset. What has been solved is kept in the folder members and not solved again, after a
+    kill, too: the same command goes on.
+
+    Example: cfmpm study configs/studies/crack_length.yaml
+    """
+    from cfmpm.results import write_dataset
+    from cfmpm.study import summary
+    from cfmpm.study.collecting import collect
+    from cfmpm.study.reading import load_study
+    from cfmpm.study.running import run_members, usable_cores
+    from cfmpm.study.store import DATASET, MEMBERS, Store
+
+    plan = load_study(study_file)
+    if check_:
+        typer.echo(summary.of_plan(plan))
+        return
+    folder = output or Path("results") / plan.study.name
+    keys = {one.key for one in plan.members}
+    store = Store(folder / MEMBERS)
+    outcomes = store.read(keys)
+    known = len(outcomes)
+    try:
+        with _counted(len(keys), known, visible=not quiet) as count, _terminated_as_interrupted():
+            run_members(plan.members, outcomes, store, workers or usable_cores(), count)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"{len(outcomes)} of {len(keys)} members are kept; the same command goes on", err=True
+        )
+        raise
+    write_dataset(collect(plan, outcomes), folder / DATASET)
+    if not quiet:
+        typer.echo(summary.of_study(plan, outcomes, known, folder / DATASET))
+    if all(one.reason for one in outcomes.values()):
+        _fail(f"cfmpm: every member of {plan.study.name} failed", FAILED)
+
+
 @app.command()
 def schema() -> None:
     """Print the JSON schema of scene files, for editors.
@@ -398,6 +460,27 @@ def _progress(scene: Scene, *, visible: bool) -> Iterator[tuple[Announce, Observ
             bar.set_postfix_str(_step_text(record))
 
         yield announce, advance
+
+
+@contextmanager
+def _counted(total: int, known: int, *, visible: bool) -> Iterator[Callable[[Outcome], None]]:
+    """A function that counts members as they come; on a terminal as a bar, else in the log."""
+    if not (visible and sys.stderr.isatty()):
+        yield lambda outcome: log.info("member %s: %s", outcome.key, outcome.reason or "done")
+        return
+    from tqdm import tqdm
+
+    failed = 0
+    with tqdm(total=total, initial=known, leave=False, unit="member") as bar:
+
+        def count(outcome: Outcome) -> None:
+            nonlocal failed
+            failed += bool(outcome.reason)
+            if failed:
+                bar.set_postfix_str(f"{failed} failed", refresh=False)
+            bar.update()
+
+        yield count
 
 
 @contextmanager

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -10,9 +11,11 @@ from scipy.sparse import csr_array
 from cfmpm import solvers
 from cfmpm.contact import close_faces
 from cfmpm.errors import SolveError
-from cfmpm.grid import Floats, Grid
-from cfmpm.kernels import assembly, constitutive
+from cfmpm.grid import Floats, Grid, Ints
+from cfmpm.kernels import assembly, constitutive, finite
+from cfmpm.kernels import patches as patch_kernels
 from cfmpm.loading import Loading
+from cfmpm.patches import Patches
 from cfmpm.points import MaterialPoints
 
 # Largest unbalanced force, relative to the nodal forces, of a solution: 1e5 times what a well posed
@@ -46,6 +49,27 @@ class Equilibrium:
         nan where the solver counts none.
     iterations : int
         Of an iterative linear solver; 0 for a direct one.
+    load_factor : float
+        At which all this holds.
+    finite : bool
+        Whether by finite deformation; else results grow in proportion to the load.
+    finite_effect : float
+        Part of the energy that finite deformation would change, where it was left out; nan where
+        nobody asked.
+    external_work : float
+        That finite deformation has taken so far [N]; nan where results grow with the load.
+    history : (p, h) float
+        Of the quadrature points of plastic materials at finite deformation; else h = 0.
+    newton_iterations, substeps : int
+        At finite deformation, so far.
+    residuals : tuple of float
+        Of each iteration of the last step, relative as `residual_norm`.
+    unstable_points : float
+        Points that have lost ellipticity; nan at small strain.
+    unstable_from : float
+        Load factor at which the first one had; nan where none has.
+    stopped : str
+        Why finite deformation went no further; empty where it did.
     """
 
     displacement: Floats
@@ -58,10 +82,39 @@ class Equilibrium:
     n_unknowns: int
     negative_pivots: float
     iterations: int
+    load_factor: float = 1.0
+    finite: bool = False
+    finite_effect: float = math.nan
+    external_work: float = math.nan
+    history: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    newton_iterations: int = 0
+    substeps: int = 0
+    residuals: tuple[float, ...] = ()
+    unstable_points: float = math.nan
+    unstable_from: float = math.nan
+    stopped: str = ""
+
+    def scale(self, load_factor: float) -> float:
+        """Return what its stresses are to be multiplied with to be those of a load factor."""
+        return 1.0 if self.finite else load_factor / self.load_factor
+
+
+def sparsity(grid: Grid, loading: Loading, patches: Patches | None = None) -> tuple[Ints, Ints]:
+    """Return row pointers and columns of the stiffness of the free degrees of freedom."""
+    coupled = grid.elements if patches is None else patches.nodes
+    indptr, indices = assembly.sparsity(coupled, loading.free)
+    if len(indices) < np.iinfo(np.int32).max:
+        indptr = indptr.astype(np.int32)
+    return indptr, indices
 
 
 def assemble_stiffness(
-    grid: Grid, points: MaterialPoints, gradients: Floats, lame: Floats, loading: Loading
+    grid: Grid,
+    points: MaterialPoints,
+    gradients: Floats,
+    lame: Floats,
+    loading: Loading,
+    patches: Patches | None = None,
 ) -> csr_array:
     """Sum the stiffness of the free degrees of freedom over the material points.
 
@@ -74,6 +127,8 @@ def assemble_stiffness(
     lame : (q, 2) float
         Lame's constants [MPa].
     loading : Loading
+    patches : Patches, optional
+        Over which the change of volume is averaged.
 
     Returns
     -------
@@ -81,31 +136,49 @@ def assemble_stiffness(
         Symmetric, both triangles [N/mm^2: N/mm per mm of thickness].
     """
     free = loading.free
-    indptr, indices = assembly.sparsity(grid.elements, free)
-    data = assembly.stiffness(
-        grid.elements,
-        free,
-        indptr,
-        indices,
-        points.element,
-        gradients,
-        points.volume,
-        points.material,
-        lame,
-    )
-    if len(data) < np.iinfo(np.int32).max:
-        indptr = indptr.astype(np.int32)
+    indptr, indices = sparsity(grid, loading, patches)
+    shared = points.element, gradients, points.volume, points.material
+    own = lame if patches is None else lame * [[0.0, 1.0]]
+    data = assembly.stiffness(grid.elements, free, indptr, indices, *shared, own)
+    if patches is not None:
+        data += patch_kernels.coupling(
+            finite.entry_slots(patches.nodes, free, indptr, indices),
+            len(indices),
+            patches.nodes,
+            grid.elements,
+            *shared,
+            np.zeros(len(lame), np.int64),
+            np.pad(lame, ((0, 0), (0, 2))),
+            np.zeros((len(points), 2, 2)),
+            patches.of_triangle[points.element],
+        )
     n = len(indptr) - 1
     return csr_array((data, indices, indptr), shape=(n, n))
 
 
 def update_points(
-    grid: Grid, points: MaterialPoints, gradients: Floats, lame: Floats, displacement: Floats
+    grid: Grid,
+    points: MaterialPoints,
+    gradients: Floats,
+    lame: Floats,
+    displacement: Floats,
+    patches: Patches | None = None,
 ) -> None:
     """Give every point its displacement gradient, stress and energy, in place."""
+    own = lame if patches is None else lame * [[0.0, 1.0]]
     points.displacement_gradient, points.stress, points.energy = constitutive.linear_elastic(
-        grid.elements, points.element, gradients, points.material, lame, displacement
+        grid.elements, points.element, gradients, points.material, own, displacement
     )
+    if patches is not None:
+        pressure, energy = patch_kernels.mean_pressure(
+            points.volume,
+            points.material,
+            lame,
+            points.displacement_gradient,
+            patches.of_triangle[points.element],
+        )
+        points.stress[:, :2] += pressure[:, None]
+        points.energy += energy
 
 
 def internal_force(grid: Grid, points: MaterialPoints, gradients: Floats) -> Floats:
@@ -123,6 +196,7 @@ def solve_linear(
     lame: Floats,
     loading: Loading,
     solver: str = "auto",
+    patches: Patches | None = None,
 ) -> Equilibrium:
     """Solve a linear scene in one step and update its points.
 
@@ -141,6 +215,8 @@ def solve_linear(
     lame : (q, 2) float
     loading : Loading
     solver : str
+    patches : Patches, optional
+        Those of the stiffness.
 
     Returns
     -------
@@ -155,7 +231,7 @@ def solve_linear(
     displacement = loading.displacement.copy()
     unbalanced = loading.force
     if displacement.any():
-        update_points(grid, points, gradients, lame, displacement)
+        update_points(grid, points, gradients, lame, displacement, patches)
         unbalanced = loading.force - internal_force(grid, points, gradients)
     chosen = solvers.select(stiffness.shape[0], solver)
     modes = solvers.rigid_body_modes(grid.nodes, free) if chosen.name == "amg" else None
@@ -165,7 +241,7 @@ def solve_linear(
     apart = displacement
     contact = close_faces(grid, loading.prescribed, apart, factor)
     displacement = loading.at_rest(contact.displacement)
-    update_points(grid, points, gradients, lame, displacement)
+    update_points(grid, points, gradients, lame, displacement, patches)
     force = internal_force(grid, points, gradients)
     # A rigid motion ends without force: what had to be balanced on the way sets the scale.
     scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))
@@ -173,10 +249,9 @@ def solve_linear(
     residual_norm = float(residual / scale) if scale > 0.0 else 0.0
     residual_floor = 0.0
     if not residual_norm <= RESIDUAL:
-        # As many terms as a row has may add up their round-off. A part that only contact holds has
-        # moved far before its faces closed.
-        bound = abs(stiffness) @ np.maximum(np.abs(apart), np.abs(displacement))[free]
-        residual_floor = float(32.0 * np.finfo(float).eps * bound.max() / scale)
+        # A part that only contact holds has moved far before its faces closed.
+        moved = np.maximum(np.abs(apart), np.abs(displacement))
+        residual_floor = round_off(stiffness, moved[free], scale)
         if not residual_norm <= min(residual_floor, RESIDUAL_AT_FLOOR):
             raise SolveError(
                 f"the linear solution by {chosen.name} leaves an unbalanced force of "
@@ -197,3 +272,23 @@ def solve_linear(
         negative_pivots=factor.negative_pivots,
         iterations=solution.iterations,
     )
+
+
+def round_off(stiffness: csr_array, displacement: Floats, scale: float) -> float:
+    """Return the unbalanced force that round-off explains, relative to a nodal force.
+
+    Parameters
+    ----------
+    stiffness : (n, n) csr_array
+    displacement : (n,) float
+        Of the free degrees of freedom [mm].
+    scale : float
+        The nodal force [N/mm].
+
+    Returns
+    -------
+    float
+        eps |K| |u|, times as many terms as a row has to add up their round-off.
+    """
+    bound = abs(stiffness) @ np.abs(displacement)
+    return float(32.0 * np.finfo(float).eps * bound.max(initial=0.0) / scale)

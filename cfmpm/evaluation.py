@@ -27,6 +27,8 @@ def evaluate_tips(
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
+    Finite deformation has no K and no T; there G is J.
+
     Parameters
     ----------
     body : Body
@@ -57,28 +59,32 @@ def evaluate_tips(
         for radius in domain.radii:
             q = cf.ring_weight(near.grid, near.tip, radius)
             force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
-            k = intensity_factors(
-                near.grid,
-                near.points,
-                near.gradients,
-                lame[region],
-                near.tip,
-                q,
-                body_force,
-                near.contact_force,
-            )
-            rings.append(
-                {
-                    "domain_radius": radius,
-                    "J_radius": cf.j_integral(near.nodal, q, tip),
+            j = cf.j_integral(near.nodal, q, tip)
+            ring = {
+                "domain_radius": radius,
+                "J_radius": j,
+                "G_radius": j,
+                "cf_norm_radius": float(np.hypot(*force)),
+                "cf_angle_radius": cf.angle(force, tip),
+            }
+            if not balance.finite:
+                k = intensity_factors(
+                    near.grid,
+                    near.points,
+                    near.gradients,
+                    lame[region],
+                    near.tip,
+                    q,
+                    body_force,
+                    near.contact_force,
+                )
+                ring |= {
                     "G_radius": k.G,
                     "K_I_radius": k.K_I,
                     "K_II_radius": k.K_II,
                     "T_stress_radius": k.T_stress,
-                    "cf_norm_radius": float(np.hypot(*force)),
-                    "cf_angle_radius": cf.angle(force, tip),
                 }
-            )
+            rings.append(ring)
         largest = int(np.argmax(domain.radii))
         force = cf.domain_force(near.grid, near.nodal, near.tip, domain.radii[largest])
         row: dict[str, Any] = {name: [ring[name] for ring in rings] for name in rings[0]}
@@ -93,11 +99,12 @@ def evaluate_tips(
             "cf_tip_x": nodal[tip.node, 0],
             "cf_tip_y": nodal[tip.node, 1],
             "min_opening": openings[tip.crack],
-            "kink_angle": criteria.max_hoop_angle(row["K_I"], row["K_II"]),
         }
-        toughness = g_c[region]
-        if toughness is not None and row["K_I"] > -abs(row["K_II"]):
-            row["critical_load_factor"] = criteria.critical_load_factor(row["G"], toughness)
+        if not balance.finite:
+            row["kink_angle"] = criteria.max_hoop_angle(row["K_I"], row["K_II"])
+            toughness = g_c[region]
+            if toughness is not None and row["K_I"] > -abs(row["K_II"]):
+                row["critical_load_factor"] = criteria.critical_load_factor(row["G"], toughness)
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}

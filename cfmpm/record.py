@@ -70,6 +70,7 @@ class Record:
         self.steps: list[results.StepRecord] = []
         self.warnings: dict[str, None] = {}
         self.notes: dict[str, Any] = {}
+        self.finite = False
 
     def add(
         self,
@@ -85,14 +86,14 @@ class Record:
         ----------
         body : Body
         balance : Equilibrium
-            At load factor one.
         tips : mapping of str to array
-            Values at the tips of the grid, at load factor one.
+            Values at the tips of the grid, at the load factor of the balance.
         decision : Decision
             With the load factor that the step is recorded at.
         seconds : mapping of str to float
             Wall time of each phase of the step [s].
         """
+        self.finite = balance.finite
         factor = decision.load_factor
         if not np.isfinite(factor):
             factor = self.steps[-1].load_factor if self.steps else 1.0
@@ -102,16 +103,19 @@ class Record:
             values[name] = np.full((len(self.origin.tips), *found.shape[1:]), np.nan)
             values[name][rows] = found
         values |= _of_body(body, balance)
+        scale = balance.scale(factor)
         values = {
-            name: np.asarray(value) * factor ** results.LOAD_POWER.get(name, 0)
+            name: np.asarray(value) * scale ** results.LOAD_POWER.get(name, 0)
             for name, value in values.items()
         }
-        conjugates = _conjugates(body, balance, factor)
-        values["external_work"] = self._work_done(factor, conjugates)
+        conjugates = _conjugates(body, balance, scale)
+        values["external_work"] = (
+            balance.external_work if balance.finite else self._work_done(factor, conjugates)
+        )
         values["fracture_energy"] = self._fracture_energy(body)
         self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
-        self.warnings |= dict.fromkeys(remarks.doubts(body, balance))
+        self.warnings |= dict.fromkeys(remarks.doubts(body, balance, scale))
 
     def add_severed(self, triangulation: Triangulation, seconds: Mapping[str, float]) -> None:
         """Add the last position of the cracks, after which a part of the body is free."""
@@ -136,7 +140,7 @@ class Record:
             notes={
                 **self.notes,
                 "ending": ending,
-                "left_out": remarks.left_out(self.full, bool(self.origin.tips)),
+                "left_out": remarks.left_out(self.full, bool(self.origin.tips), finite=self.finite),
                 "warnings": list(self.warnings),
             },
         )
@@ -217,7 +221,7 @@ def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
     return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
 
 
-def _conjugates(body: Body, balance: Equilibrium, factor: float) -> tuple[float, float]:
+def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float]:
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
     # Zero where a support prescribes the displacement: a force there does no work.
@@ -225,17 +229,21 @@ def _conjugates(body: Body, balance: Equilibrium, factor: float) -> tuple[float,
     reaction = float(
         ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
     )
-    return factor * applied, factor * reaction
+    return scale * applied, scale * reaction
 
 
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Energies, counts and the forces and displacements of the loaded parts."""
     loading, source, u = body.loading, body.integration, balance.displacement
     # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
-    held = balance.internal_force - loading.force - balance.contact_force
-    parts = loading.boundaries.values()
+    applied = balance.load_factor * loading.force
+    held = balance.internal_force - applied - balance.contact_force
+    parts, factor = loading.boundaries.values(), balance.load_factor
     reaction = np.array(
-        [(part.force + np.where(part.holds, held[part.nodes], 0.0)).sum(axis=0) for part in parts]
+        [
+            (factor * part.force + np.where(part.holds, held[part.nodes], 0.0)).sum(axis=0)
+            for part in parts
+        ]
     ).reshape(-1, 2)
     motion = np.array(
         [(part.weights[:, None] * u[part.nodes]).sum(axis=0) for part in parts]
@@ -247,7 +255,10 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     along[felt] = (motion * reaction).sum(axis=1)[felt] / size[felt]
     return {
         "strain_energy": np.sum(source.energy * source.volume),
-        "newton_iterations": 0,
+        "newton_iterations": balance.newton_iterations,
+        "substeps": balance.substeps,
+        "unstable_points": balance.unstable_points,
+        "finite_effect": balance.finite_effect,
         "residual_norm": balance.residual_norm,
         "negative_pivots": balance.negative_pivots,
         "n_points": len(body.points),

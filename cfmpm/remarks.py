@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,18 +12,16 @@ from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture.domains import FILL, RESOLVED
 from cfmpm.fracture.opening import smallest_openings
 from cfmpm.fracture.release import LARGEST_KINK
-from cfmpm.materials import region_materials
+from cfmpm.materials import LOCKING
+from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.meshing import resolved_grading
 from cfmpm.scene.model import Scene
 
-# Poisson's ratio above which T3 in plane strain locks. J against T6 on one grid (single edge crack,
-# size 20, tip 1 mm): 1.4 % low at 0.3, 2.4 % at 0.45, 7 % at 0.49, 28 % at 0.499.
-LOCKING = 0.45
 # Angle between a segment and the direction asked for [deg] that is worth a warning.
 DEVIATION = 5.0
 
 
-def left_out(scene: Scene, has_tips: bool) -> list[str]:
+def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]:
     """List what a run of this scene does not do because the scene does not need it.
 
     Parameters
@@ -31,23 +30,31 @@ def left_out(scene: Scene, has_tips: bool) -> list[str]:
         Expanded.
     has_tips : bool
         Whether any crack ends inside the body.
+    finite : bool
+        Whether deformation was finite.
 
     Returns
     -------
     list of str
     """
-    items = ["Newton loop, finite deformation: the scene is linear"]
+    if finite:
+        items = [
+            "K_I, K_II, T: finite deformation has none; G is J",
+            "grid reset: all is in the reference configuration",
+        ]
+    else:
+        items = ["Newton loop, finite deformation: the scene is linear (finite_effect)"]
+        if scene.growth is not None:
+            items.append("grid reset: at small strain the grid stays where it is")
     if scene.growth is None:
         items.append("crack growth, grid reset: the cracks are stationary")
-    else:
-        items.append("grid reset: at small strain the grid stays where it is")
     if not has_tips:
         items.append("configurational force at tips: the scene has no crack tip")
     elif scene.fracture.radii == 1 or (
         isinstance(scene.fracture.radii, list) and len(scene.fracture.radii) == 1
     ):
         items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
-    if scene.material.g_c is None:
+    if scene.material.g_c is None and not finite:
         items.append("load at fracture: no material.g_c")
     if not scene.output.fields and scene.output.every is None:
         items.append("field output: not asked for (output.fields: true)")
@@ -68,12 +75,17 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """
     grading = resolved_grading(body.scene)
     notes: dict[str, Any] = {
-        "formulation": "total Lagrangian, small strain: one linear solve a step",
+        "formulation": "total Lagrangian, " + _kinematics(balance),
         "element": body.scene.mesh.element,
         "solver": balance.solver,
         "linear_iterations": balance.iterations,
         "rigid_motions_held": body.loading.held,
     }
+    if body.patches is not None:
+        notes["near_incompressibility"] = (
+            f"nu above {LOCKING:g}: change of volume averaged over {len(body.patches.nodes)} "
+            "patches, of two or three triangles each"
+        )
     if balance.contact_pairs:
         notes["contact"] = f"{balance.contact_pairs} pairs of crack face nodes closed at the end"
     if grading is not None:
@@ -91,6 +103,16 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
     return notes
 
 
+def _kinematics(balance: Equilibrium) -> str:
+    """How the body deforms, and what that left out."""
+    if balance.finite:
+        return "finite deformation: Newton's method in load steps, through stable states only"
+    chosen = "small strain: one linear solve a step"
+    if math.isnan(balance.finite_effect):
+        return chosen
+    return f"{chosen}; by estimate finite deformation changes the energy as finite_effect says"
+
+
 def doubts_before(body: Body) -> list[str]:
     """Name what is doubtful already before a solve.
 
@@ -104,12 +126,6 @@ def doubts_before(body: Body) -> list[str]:
     """
     grid = body.grid
     found = list(body.loading.warnings)
-    stiffest = max(material.nu for material in region_materials(body.scene, grid.region_names))
-    if body.scene.mesh.element == "T3" and body.scene.plane == "strain" and stiffest > LOCKING:
-        found.append(
-            f"T3 locks near incompressibility: at nu = {stiffest:g} G comes out too small by some "
-            "per cent and more; take mesh.element: T6"
-        )
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
             found.append(
@@ -124,13 +140,15 @@ def doubts_before(body: Body) -> list[str]:
     return found
 
 
-def doubts(body: Body, balance: Equilibrium) -> list[str]:
+def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     """Name what makes the numbers of a state of balance doubtful.
 
     Parameters
     ----------
     body : Body
     balance : Equilibrium
+    scale : float
+        What its stresses are multiplied with.
 
     Returns
     -------
@@ -142,6 +160,17 @@ def doubts(body: Body, balance: Equilibrium) -> list[str]:
     for name, opening in smallest_openings(grid, balance.displacement).items():
         if opening < -1e-6 * largest:
             found.append(f"{name}: its faces overlap where supports prescribe it")
+    if balance.unstable_points > 0:
+        found.append(
+            f"from load factor {balance.unstable_from:.4g} on the material has lost ellipticity at "
+            "points (unstable_points): results there depend on the grid, and finer grids lose "
+            "their stability sooner; material.law: ciarlet keeps it"
+        )
+    if balance.finite_effect * abs(scale) > NEGLIGIBLE:
+        found.append(
+            f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
+            "itself (finite_effect); kinematics: finite takes it into account"
+        )
     if balance.residual_floor > 0.0:
         found.append(
             "the unbalanced force is at the floor that round-off sets, above 1e-8 of the largest "

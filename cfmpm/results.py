@@ -11,11 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -64,7 +64,13 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "strain_energy": (_STEP, "N", "strain energy per mm of thickness (N mm/mm)"),
     "external_work": (_STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
     "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
-    "newton_iterations": (_STEP, "1", "Newton iterations; 0 for a linear solve"),
+    "newton_iterations": (_STEP, "1", "Newton iterations so far; 0 for a linear solve"),
+    "substeps": (_STEP, "1", "load steps so far, those in between included; 0 for a linear solve"),
+    "finite_effect": (
+        _STEP,
+        "1",
+        "part of the energy that finite deformation, left out, would change: an estimate",
+    ),
     "residual_norm": (_STEP, "1", "largest unbalanced force over the largest nodal force"),
     "negative_pivots": (_STEP, "1", "negative pivots of the stiffness; nan by amg"),
     "unstable_points": (_STEP, "1", "points that lost ellipticity; nan: linear, not looked at"),
@@ -91,6 +97,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 LOAD_POWER = {
     **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
     **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
+    "finite_effect": 1,
     **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
     "displacement": 1,
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),
@@ -227,27 +234,46 @@ def _flags(meanings: Sequence[str]) -> dict[str, Any]:
 
 def provenance(scene: Scene) -> dict[str, Any]:
     """Return global attributes after CF and ACDD, with what is needed to run a scene again."""
-    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
+    import numba  # loaded already where a scene has been solved, and else not needed
+
+    return {
+        **origin(scene.name, scene.description or f"Crack tips of scene {scene.name}", "run"),
+        "comment": "lists are JSON text; no number depends on how many threads were available",
+        "threads": numba.get_num_threads(),
+        "config": json.dumps(effective_config(scene), sort_keys=True),
+        "config_hash": config_hash(scene),
+    }
+
+
+def origin(title: str, summary: str, command: str) -> dict[str, Any]:
+    """Return global attributes after CF and ACDD that every dataset has.
+
+    Parameters
+    ----------
+    title, summary : str
+    command : str
+        Of ``cfmpm`` that makes the dataset.
+    """
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     now = datetime.fromtimestamp(float(epoch) if epoch else time.time(), UTC)
     stamp = now.strftime("%Y-%m-%dT%H:%M:%SZ")
     return {
         "Conventions": "CF-1.11, ACDD-1.3",
-        "title": scene.name,
-        "summary": scene.description or f"Crack tips of scene {scene.name}",
-        "source": f"cfmpm {version('cfmpm')}",
+        "title": title,
+        "summary": summary,
+        "source": f"cfmpm {_versions()['cfmpm']}",
         "references": "Zhou et al., Theor. Appl. Fract. Mech. 117 (2022) 103186",
         "keywords": "fracture mechanics, material point method, configurational force",
-        "history": f"{stamp} cfmpm run",
+        "history": f"{stamp} cfmpm {command}",
         "date_created": stamp,
-        "comment": "lists are JSON text; no number depends on how many threads were available",
-        "threads": numba.get_num_threads(),
-        "config": json.dumps(effective_config(scene), sort_keys=True),
-        "config_hash": config_hash(scene),
-        "versions": json.dumps(
-            {"python": platform.python_version(), **{name: version(name) for name in packages}}
-        ),
+        "versions": json.dumps(_versions()),
     }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
+    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> None:

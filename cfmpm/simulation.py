@@ -10,12 +10,13 @@ from typing import Self
 import xarray as xr
 
 from cfmpm import body as bodies
-from cfmpm import equilibrium
+from cfmpm import mechanics
 from cfmpm.body import Body
 from cfmpm.clock import Clock
+from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.evaluation import evaluate_tips
-from cfmpm.fracture import cf, growth
+from cfmpm.fracture import growth
 from cfmpm.grid import Floats, Grid
 from cfmpm.kernels.basis import basis_gradients
 from cfmpm.loading import Loading
@@ -26,6 +27,8 @@ from cfmpm.scene import Scene
 
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
 GROWTH_PHASES = (*PHASES, "release")
+# How the ending begins of a run that no stable state goes on from.
+UNSTABLE = "unstable"
 
 
 @dataclass(frozen=True)
@@ -35,17 +38,23 @@ class State:
     Attributes
     ----------
     body : Body
-    balance : equilibrium.Equilibrium
+    balance : Equilibrium
     configurational_force : (n, 2) float
         At the grid nodes [N/mm].
     decision : growth.Decision
         What the cracks do next.
+    level : int
+        Number of the load step.
+    before : Equilibrium or None
+        What finite deformation set out from, on this grid.
     """
 
     body: Body
-    balance: equilibrium.Equilibrium
+    balance: Equilibrium
     configurational_force: Floats
     decision: growth.Decision
+    level: int
+    before: Equilibrium | None
 
     @property
     def scene(self) -> Scene:
@@ -98,11 +107,17 @@ class Start:
         The steps so far.
     decision : growth.Decision or None
         The one that made this body.
+    level : int
+        Number of the load step.
+    balance : Equilibrium or None
+        What finite deformation sets out from, on this grid.
     """
 
     body: Body
     record: Record
     decision: growth.Decision | None = None
+    level: int = 0
+    balance: Equilibrium | None = None
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
@@ -144,47 +159,57 @@ def run(
 
     Notes
     -----
-    Small strain and linear elasticity need one solve a step: Newton's loop (5) ends after one
-    iteration, positions stay (6), and the grid is not reset (9).
+    Small strain and linear elasticity need one solve for all load steps: Newton's loop (5) ends
+    after one iteration, positions stay (6), and the grid is not reset (9).
     """
     clock = Clock(announce)
     with clock("grid"):  # step 1: grid with the cracks as doubled nodes, material points, loads
         start = start or Start.of(scene)
-    body, record, decision = start.body, start.record, start.decision
+    body, record, decision, balance = start.body, start.record, start.decision, start.balance
+    level, levels = start.level, mechanics.load_levels(body.scene)
     lame = lame_constants(body.scene, body.grid.region_names)
     g_c = [material.g_c for material in region_materials(body.scene, body.grid.region_names)]
+    gradients: Floats | None = None
     while True:
-        grid, points, loading = body.grid, body.integration, body.loading
-        with clock("points"):  # step 2: triangles of the points, basis gradients
-            points.element = relocate(grid, points)
-            gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
-        with clock("stiffness"):  # step 3
-            stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
-        with (
-            clock("equilibrium"),
-            _step(len(record.steps) + 1),
-        ):  # steps 4 to 6: forces, balance, update of the points
-            try:
-                balance = equilibrium.solve_linear(
-                    stiffness, grid, points, gradients, lame, loading, scene.solver
+        if gradients is None:
+            with clock("points"):  # step 2: triangles of the points, basis gradients
+                grid, points = body.grid, body.integration
+                points.element = relocate(grid, points)
+                gradients = basis_gradients(
+                    grid.nodes, grid.elements, points.element, points.position
                 )
+        with _step(len(record.steps) + 1):  # steps 3 to 6: stiffness, forces, balance, points
+            before = balance if balance is not None and balance.finite else None
+            try:
+                balance = mechanics.solve(body, gradients, balance, levels[level], clock)
             except SolveError as error:
-                if not (record.steps and scene.growth and scene.growth.transfer == "paper"):
+                ending = _ending_without_balance(error, body, record, balance)
+                if not ending:
                     raise
-                record.add_severed(body.triangulation, clock.lap())
-                ending = f"unsolvable: growth.transfer: paper took stiffness away; {error}"
                 break
             bodies.update_owners(body)
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
-            nodal = cf.nodal_force(grid, points, gradients, loading.body_force)
+            nodal = mechanics.nodal_force(body, gradients, balance)
             tips = evaluate_tips(body, gradients, lame, balance, nodal, g_c)
-            decision = growth.decide(grid, tips, g_c, scene.growth, decision)
+            factor = balance.load_factor if balance.finite else levels[level]
+            decision = growth.decide(
+                grid, tips, g_c, scene.growth, decision, factor, balance.scale(factor)
+            )
         record.add(body, balance, tips, decision, clock.lap())
-        state = State(body, balance, nodal, decision)
+        state = State(body, balance, nodal, decision, level, before)
         observe(state, record)
-        ending = growth.ending(scene.growth, decision, grid.tips, len(record.steps))
+        if balance.stopped:
+            ending = f"{UNSTABLE}: {balance.stopped}"
+            break
+        last_level = level + 1 == len(levels)
+        ending = growth.ending(
+            scene.growth, decision, grid.tips, len(record.steps), last_level=last_level
+        )
         if ending:
             break
+        if not decision.running:
+            level += 1
+            continue
         with clock("release"):  # steps 8 and 9: align segments, double nodes, redefine the grid
             try:
                 body = bodies.release(body, decision.running)
@@ -192,7 +217,22 @@ def run(
                 record.add_severed(severed.triangulation, clock.lap())
                 ending = str(severed)
                 break
+            balance = mechanics.carry_over(balance, grid, body.grid)
+            gradients = None
     return Result(**vars(state), history=record.history(ending))
+
+
+def _ending_without_balance(
+    error: SolveError, body: Body, record: Record, balance: Equilibrium | None
+) -> str:
+    """Say why a run ends where no balance was found; empty where that is a failure."""
+    growth_ = body.scene.growth
+    if record.steps and growth_ and growth_.transfer == "paper":
+        record.add_severed(body.triangulation, {})
+        return f"unsolvable: growth.transfer: paper took stiffness away; {error}"
+    if record.steps and balance is not None and balance.finite:
+        return f"{UNSTABLE}: {error}"
+    return ""
 
 
 @contextmanager

@@ -153,7 +153,7 @@ class Factor:
                 f"the right hand side is not finite at unknown {first(~np.isfinite(b))}: "
                 "a force was computed from an invalid state"
             )
-        if self._engine is None or not b.any():
+        if self._engine is None or not norm(b) > 0.0:
             return Solution(np.zeros_like(b), 0.0)
         x, history = self._engine.solve(b)
         residual = norm(b - self._K @ x)

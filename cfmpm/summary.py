@@ -68,6 +68,7 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
             + (f"{iterations} iterations, " if iterations else "")
             + f"residual {float(history['residual_norm']):.1e} of the largest nodal force",
         ),
+        *_path_of_load(whole, history),
         ("energy", f"strain energy {float(history['strain_energy']):.6g} N mm per mm"),
         (
             "time",
@@ -78,6 +79,21 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
         *_list("written", [str(path) for path in written]),
     ]
     return "\n\n".join([*blocks, _facts(facts)])
+
+
+def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
+    """How finite deformation got to its load, and where it ended."""
+    steps = float(last["substeps"])
+    if not steps > 0.0:
+        return []
+    return [
+        (
+            "load",
+            f"factor {float(last['load_factor']):.6g} reached in {steps:.0f} steps, "
+            f"{float(last['newton_iterations']):.0f} Newton iterations",
+        ),
+        ("ended", whole.attrs["ending"]),
+    ]
 
 
 def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -> str:

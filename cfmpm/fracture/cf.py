@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from cfmpm.grid import CrackTip, Floats, Grid
-from cfmpm.kernels import basis, eshelby
+from cfmpm.kernels import basis, eshelby, finite
 from cfmpm.points import MaterialPoints
 
 
@@ -28,23 +30,49 @@ def nodal_force(
     (n, 2) float
         Pointing to where a crack would run (paper eq 26) [N/mm].
     """
+    force = eshelby.configurational_force(*_summed(grid, points, gradients))
+    return force + _of_body_force(grid, points, body_force)
+
+
+def finite_nodal_force(
+    grid: Grid, points: MaterialPoints, gradients: Floats, body_force: Floats
+) -> Floats:
+    """Sum the configurational force of finite deformation at every node of the grid.
+
+    Parameters
+    ----------
+    grid, points, gradients, body_force
+        As in `nodal_force`, per unit of reference length, area and volume.
+
+    Returns
+    -------
+    (n, 2) float
+        In the reference configuration [N/mm].
+    """
+    force = finite.configurational_force(*_summed(grid, points, gradients))
+    return force + _of_body_force(grid, points, body_force)
+
+
+def _summed(grid: Grid, points: MaterialPoints, gradients: Floats) -> tuple[Any, ...]:
+    """What the sums over points take."""
     state = points.displacement_gradient, points.stress, points.energy
-    n = len(grid.nodes)
-    force = eshelby.configurational_force(
-        grid.elements, n, points.element, gradients, points.volume, *state
+    return grid.elements, len(grid.nodes), points.element, gradients, points.volume, *state
+
+
+def _of_body_force(grid: Grid, points: MaterialPoints, body_force: Floats) -> Floats:
+    """The part of the configurational force that a body force adds."""
+    if not body_force.any():
+        return np.zeros((len(grid.nodes), 2))
+    values = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
+    return eshelby.body_configurational_force(
+        grid.elements,
+        len(grid.nodes),
+        points.element,
+        values,
+        points.volume,
+        points.displacement_gradient,
+        body_force,
     )
-    if body_force.any():
-        values = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
-        force += eshelby.body_configurational_force(
-            grid.elements,
-            n,
-            points.element,
-            values,
-            points.volume,
-            points.displacement_gradient,
-            body_force,
-        )
-    return force
 
 
 def domain_force(grid: Grid, nodal: Floats, tip: CrackTip, radius: float) -> Floats:

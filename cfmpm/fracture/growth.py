@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cfmpm.fracture import criteria
 from cfmpm.grid import CrackTip, Floats, Grid, region_of
@@ -46,6 +47,8 @@ def decide(
     g_c: Sequence[float | None],
     growth: Growth | None,
     last: Decision | None = None,
+    load_factor: float = 1.0,
+    scale: float = 1.0,
 ) -> Decision:
     """Compare the tips with their toughness.
 
@@ -53,32 +56,33 @@ def decide(
     ----------
     grid : Grid
     values : mapping of str to (tip,) array
-        Of a linear scene at load factor one, by the names of `results.VARIABLES`.
+        By the names of `results.VARIABLES`.
     g_c : sequence of float or None
         Critical energy release rate of each region [N/mm].
     growth : Growth or None
         None where the cracks do not grow.
     last : Decision, optional
         The one before, from which the bend of a path is known.
+    load_factor : float
+        Of the step.
+    scale : float
+        What stresses are to be multiplied with to be those of the step, at small strain.
 
     Returns
     -------
     Decision
-        Under load control the load factor is one, and tips run whose criterion reaches g_c. Under
-        crack control it is the one at which the first tip gets there, sqrt(g_c / G).
+        Under load control tips run whose criterion reaches g_c. Under crack control the load factor
+        is the one at which the first tip gets there, sqrt(g_c / G).
     """
     if growth is None:
-        return Decision(1.0, {})
+        return Decision(load_factor, {})
     if not grid.tips:
-        return Decision(1.0 if growth.control == "load" else math.nan, {})
+        return Decision(load_factor if growth.control == "load" else math.nan, {})
     toughness = np.array([g_c[region_of(grid, tip)] for tip in grid.tips], float)
     driving = np.asarray(values["G" if growth.criterion == "energy_release_rate" else "cf_norm"])
-    # A tip that is pressed shut more than sheared has no direction to run in.
-    k_1, k_2 = np.asarray(values["K_I"]), np.asarray(values["K_II"])
-    part = np.where(k_1 > -np.abs(k_2), driving, 0.0) / toughness
+    part = np.where(_shut(values), 0.0, scale**2 * driving) / toughness
     largest = float(part.max())
     if growth.control == "load":
-        load_factor = 1.0
         runs = part >= 1.0
     else:
         load_factor = 1.0 / math.sqrt(largest) if largest > 0.0 else math.inf
@@ -98,16 +102,31 @@ def decide(
     return Decision(load_factor, running, tangents)
 
 
+def _shut(values: Mapping[str, Any]) -> NDArray[np.bool_]:
+    """Which tips are pressed shut more than sheared: these have no direction to run in.
+
+    Finite deformation knows no K; there, faces that press on each other leave J what shear makes.
+    """
+    if "K_I" not in values:
+        return np.zeros(len(values["J"]), bool)
+    return np.asarray(values["K_I"]) <= -np.abs(values["K_II"])
+
+
 def ending(
-    growth: Growth | None, decision: Decision, tips: tuple[CrackTip, ...], steps: int
+    growth: Growth | None,
+    decision: Decision,
+    tips: tuple[CrackTip, ...],
+    steps: int,
+    *,
+    last_level: bool = True,
 ) -> str:
-    """Say why a run ends after this step; empty where it goes on."""
+    """Say why a run ends after this step; empty where it goes on, growing or to the next level."""
     if growth is None:
-        return "solved: the cracks are stationary"
+        return "solved: the cracks are stationary" if last_level else ""
     if not tips:
         return "arrived: no crack ends inside the body any more"
     if not decision.running:
-        return "stopped: no tip meets the criterion"
+        return "stopped: no tip meets the criterion" if last_level else ""
     if steps > growth.increments:
         return f"increments: {growth.increments} were asked for"
     return ""

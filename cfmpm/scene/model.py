@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -60,11 +61,31 @@ class Model(BaseModel):
 
 
 class Material(Model):
-    """A linear elastic, isotropic material."""
+    """An isotropic material; at small strain every elastic law is that of Hooke."""
 
     E: Positive = Field(description="Young's modulus [MPa]")
     nu: Annotated[Number, Field(gt=-1, lt=0.5)] = Field(description="Poisson's ratio")
     g_c: Positive | None = Field(None, description="critical energy release rate [N/mm]")
+    law: Literal["hencky", "ciarlet", "neo_hookean", "j2"] = Field(
+        "hencky",
+        description="at finite deformation: hencky is the paper's, and loses ellipticity at "
+        "stretches of 2 to 3; ciarlet is a neo-Hookean law that keeps it; neo_hookean has "
+        "lambda/2 (ln J)^2 instead; j2 is Hencky elasticity with a yield stress",
+    )
+    yield_stress: Positive | None = Field(None, description="of j2 [MPa]")
+    hardening: Annotated[Number, Field(ge=0)] = Field(
+        0.0, description="of j2: yield stress gained per plastic strain [MPa]"
+    )
+
+    @model_validator(mode="after")
+    def _yields_where_plastic(self) -> Self:
+        if self.law == "j2" and self.yield_stress is None:
+            raise _refusal("yield_stress", "is missing: the law j2 needs it")
+        if self.law != "j2" and self.yield_stress is not None:
+            raise _refusal("yield_stress", f"does not fit: the law {self.law} is elastic")
+        if self.law != "j2" and self.hardening:
+            raise _refusal("hardening", f"does not fit: the law {self.law} is elastic")
+        return self
 
 
 class Vertex(Model):
@@ -366,6 +387,12 @@ def _list_or_count(value: Any) -> str:
     return "(list)" if isinstance(value, list | tuple) else "(count)"
 
 
+def _one_after_the_other(factors: list[float]) -> list[float]:
+    if any(a == b for a, b in zip([0.0, *factors], factors, strict=False)):
+        raise ValueError("each must differ from the one before it, the first from zero")
+    return factors
+
+
 class Fracture(Model):
     """What is evaluated at the crack tips."""
 
@@ -465,7 +492,26 @@ class Scene(Model):
     mesh_file: MeshFile | None = None
     material: Material = Field(description="of the body, where no region says otherwise")
     plane: Literal["strain", "stress"] = "strain"
+    kinematics: Literal["auto", "small", "finite"] = Field(
+        "auto",
+        description="small: one linear solve; finite: finite deformation, solved in load steps; "
+        "auto: small, unless that would change the energy by more than 1e-3",
+    )
     loads: list[Load] = []
+    load_steps: Annotated[
+        Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]
+        | Annotated[
+            list[Number],
+            Field(min_length=1, max_length=100_000),
+            AfterValidator(_one_after_the_other),
+            Tag("(list)"),
+        ],
+        Discriminator(_list_or_count),
+    ] = Field(
+        1,
+        description="how many equal parts the loads are applied in, or the factors on them, one "
+        "after the other; each is recorded. Steps in between are taken as needed",
+    )
     mesh: Mesh = Mesh()
     solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = "auto"
     fracture: Fracture = Fracture()

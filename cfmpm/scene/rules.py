@@ -38,6 +38,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *_toughness(scene, "mesh_file", scene.mesh_file.regions),
             *_refinement(scene),
             *_fatigue(scene),
+            *_kinematics(scene, "mesh_file", scene.mesh_file.regions),
         ]
     whole = expand(scene)
     geometry = whole.geometry
@@ -45,7 +46,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
     found += [*contradictions(whole), *swallowed_loads(whole)]
     found += [*_toughness(scene, "geometry", geometry.regions), *_refinement(scene)]
-    found += _fatigue(scene)
+    found += [*_fatigue(scene), *_kinematics(scene, "geometry", geometry.regions)]
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
@@ -122,6 +123,37 @@ def _fatigue(scene: Scene) -> Iterator[Finding]:
     """Cycles along a path that is not followed to its end."""
     if scene.fatigue is not None and (scene.growth is None or scene.growth.control != "crack"):
         yield "fatigue", "counts cycles along a path: it needs growth with control: crack"
+
+
+def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
+    """What finite deformation does not go with, and what needs it."""
+    parts = {"": scene.material}
+    parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
+    plastic = [part for part, material in parts.items() if material.law == "j2"]
+    if plastic and scene.kinematics != "finite":
+        yield f"{plastic[0]}material.law", "j2 needs kinematics: finite"
+    if scene.growth is not None and scene.growth.control == "crack":
+        if scene.kinematics == "finite":
+            yield (
+                "growth.control",
+                "crack needs kinematics: small, in which results grow in proportion to the load; "
+                "at finite deformation cracks grow under control: load",
+            )
+        if scene.load_steps != 1:
+            yield "load_steps", "does not go with growth.control: crack, which sets the load itself"
+    if scene.kinematics != "finite":
+        return
+    if scene.plane == "stress":
+        yield "kinematics", "finite needs plane: strain"
+    if scene.growth is not None:
+        if plastic:
+            yield f"{plastic[0]}material.law", "j2 does not go with growth"
+        if scene.growth.direction != "cf":
+            yield (
+                "growth.direction",
+                f"{scene.growth.direction} needs K_I and K_II, which finite deformation does not "
+                "have: it needs cf",
+            )
 
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:

@@ -1,0 +1,221 @@
+"""Patches of triangles with one mean change of volume, against locking near incompressibility."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cfmpm._jit import kernel
+from cfmpm.kernels.finite import patch_means
+from cfmpm.kernels.laws import volumetric
+
+
+@kernel
+def pair_triangles(nodes, triangles, twins, regions):
+    """Join triangles across sides into pairs, what is left over into triples.
+
+    Parameters
+    ----------
+    nodes : (n, 2) float
+    triangles : (m, 3) int
+    twins : (m, 3) int
+        Half-edge across each side, -1 on the boundary and on crack faces.
+    regions : (m,) int
+        Triangles of two regions are never joined.
+
+    Returns
+    -------
+    (m,) int
+        Patch of each triangle, numbered without gaps; alone only where no neighbour is allowed.
+
+    Notes
+    -----
+    A triangle with one free neighbour is served first, which leaves few over (Karp and Sipser
+    1981), and joined to the neighbour that has the fewest itself, across the longest side if
+    several have.
+    """
+    m = triangles.shape[0]
+    neighbours = np.full((m, 3), -1)
+    length = np.zeros((m, 3))
+    choices = np.zeros(m, np.int64)
+    waiting = np.empty(m, np.int64)
+    n_waiting = 0
+    for t in range(m):
+        for k in range(3):
+            other = twins[t, k] // 3
+            if twins[t, k] >= 0 and regions[other] == regions[t]:
+                a, b = nodes[triangles[t, k]], nodes[triangles[t, (k + 1) % 3]]
+                neighbours[t, k] = other
+                length[t, k] = math.hypot(b[0] - a[0], b[1] - a[1])
+                choices[t] += 1
+        if choices[t] == 1:
+            waiting[n_waiting] = t
+            n_waiting += 1
+
+    patch = np.full(m, -1)
+    size = np.zeros(m, np.int64)
+    n_patches = 0
+    following = 0
+    while n_waiting > 0 or following < m:
+        if n_waiting > 0:
+            n_waiting -= 1
+            t = waiting[n_waiting]
+        else:
+            t = following
+            following += 1
+        if patch[t] >= 0 or choices[t] == 0:
+            continue
+        best = -1
+        for k in range(3):
+            other = neighbours[t, k]
+            if other < 0 or patch[other] >= 0:
+                continue
+            if best < 0 or (choices[other], -length[t, k]) < (
+                choices[neighbours[t, best]],
+                -length[t, best],
+            ):
+                best = k
+        pair = (t, neighbours[t, best])
+        for one in pair:
+            patch[one] = n_patches
+        size[n_patches] = 2
+        n_patches += 1
+        for one in pair:
+            for k in range(3):
+                other = neighbours[one, k]
+                if other >= 0 and patch[other] < 0:
+                    choices[other] -= 1
+                    if choices[other] == 1:
+                        waiting[n_waiting] = other
+                        n_waiting += 1
+
+    for t in range(m):
+        if patch[t] >= 0:
+            continue
+        best = -1
+        for k in range(3):
+            other = neighbours[t, k]
+            if other < 0:
+                continue
+            if best < 0 or (size[patch[other]], -length[t, k]) < (
+                size[patch[neighbours[t, best]]],
+                -length[t, best],
+            ):
+                best = k
+        if best >= 0:
+            patch[t] = patch[neighbours[t, best]]
+        else:
+            patch[t] = n_patches
+            n_patches += 1
+        size[patch[t]] += 1
+    return patch
+
+
+@kernel
+def coupling(
+    slots,
+    n_entries,
+    patch_nodes,
+    elements,
+    point_element,
+    gradients,
+    volume,
+    material,
+    law,
+    parameters,
+    displacement_gradient,
+    patch,
+):
+    """Assemble what the mean over a patch adds to the stiffness of its points.
+
+    K = sum over patches of lambda U''(mean J) / V b b^T with b_I = sum_p V_p J F^-T dS_I/dX, the
+    change of the patch's volume by the displacement of its nodes; to be added to the stiffness of
+    the points with patches. At no displacement it belongs to `assembly.stiffness` with lambda = 0.
+
+    Parameters
+    ----------
+    slots : (n_patches, 2w, 2w) int
+        From `finite.entry_slots` of `patch_nodes`.
+    n_entries : int
+    patch_nodes : (n_patches, w) int
+        Nodes of each patch, the last one repeated where there are fewer than w.
+    elements, point_element, gradients, volume, material, law, parameters
+        As in `finite.update_points`; lambda is the same in a patch.
+    displacement_gradient : (p, 2, 2) float
+    patch : (p,) int
+
+    Returns
+    -------
+    (n_entries,) float
+        Values of the CSR matrix [N/mm^2], symmetric to the bit.
+    """
+    n_patches, width = patch_nodes.shape
+    means = patch_means(volume, displacement_gradient, patch)
+    whole = np.zeros(n_patches)
+    bulk = np.zeros(n_patches)
+    change = np.zeros((n_patches, 2 * width))
+    for p in range(len(patch)):
+        at = patch[p]
+        m = material[p]
+        whole[at] += volume[p]
+        bulk[at] = volumetric(law[m], parameters[m, 0], means[at])[2]
+        hxx, hxy = displacement_gradient[p, 0, 0], displacement_gradient[p, 0, 1]
+        hyx, hyy = displacement_gradient[p, 1, 0], displacement_gradient[p, 1, 1]
+        for a in range(elements.shape[1]):
+            node = elements[point_element[p], a]
+            local = 0
+            while patch_nodes[at, local] != node:
+                local += 1
+            gx, gy = gradients[p, a, 0] * volume[p], gradients[p, a, 1] * volume[p]
+            change[at, 2 * local] += (1.0 + hyy) * gx - hyx * gy
+            change[at, 2 * local + 1] += (1.0 + hxx) * gy - hxy * gx
+    data = np.zeros(n_entries)
+    for at in range(n_patches):
+        if whole[at] == 0.0:
+            continue
+        factor = bulk[at] / whole[at]
+        for i in range(2 * width):
+            for j in range(2 * width):
+                if slots[at, i, j] >= 0:
+                    data[slots[at, i, j]] += factor * (change[at, i] * change[at, j])
+    return data
+
+
+@kernel
+def mean_pressure(volume, material, lame, displacement_gradient, patch):
+    """Return what the mean strain of patches adds to points at small strain.
+
+    Parameters
+    ----------
+    volume : (p,) float
+    material : (p,) int
+    lame : (q, 2) float
+        [MPa].
+    displacement_gradient : (p, 2, 2) float
+    patch : (p,) int
+
+    Returns
+    -------
+    stress : (p,) float
+        lambda times the mean of u_k,k, to be added to sigma_xx and sigma_yy of
+        `constitutive.linear_elastic` with lambda = 0 [MPa].
+    energy : (p,) float
+        lambda mean (u_k,k - mean / 2), continued linearly from the mean as in `laws.respond`.
+    """
+    n_patches = patch.max() + 1 if len(patch) else 0
+    whole = np.zeros(n_patches)
+    mean = np.zeros(n_patches)
+    for p in range(len(patch)):
+        whole[patch[p]] += volume[p]
+        mean[patch[p]] += volume[p] * (
+            displacement_gradient[p, 0, 0] + displacement_gradient[p, 1, 1]
+        )
+    stress = np.empty(len(patch))
+    energy = np.empty(len(patch))
+    for p in range(len(patch)):
+        trace = displacement_gradient[p, 0, 0] + displacement_gradient[p, 1, 1]
+        average = mean[patch[p]] / whole[patch[p]]
+        stress[p] = lame[material[p], 0] * average
+        energy[p] = stress[p] * (trace - 0.5 * average)
+    return stress, energy

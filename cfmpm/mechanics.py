@@ -1,0 +1,213 @@
+"""How a body deforms: at small strain, or by finite deformation, whichever the scene needs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cfmpm import equilibrium, newton, transfer
+from cfmpm.body import Body
+from cfmpm.clock import Clock
+from cfmpm.equilibrium import Equilibrium
+from cfmpm.fracture import cf
+from cfmpm.grid import Floats, Grid
+from cfmpm.kernels import finite
+from cfmpm.materials import lame_constants, material_laws
+from cfmpm.patches import patch_of
+from cfmpm.points import MaterialPoints
+from cfmpm.scene.model import Scene
+
+# Part of the energy that finite deformation would change, above which `auto` takes it.
+NEGLIGIBLE = 1e-3
+
+
+def load_levels(scene: Scene) -> list[float]:
+    """Return the load factors that a scene is recorded at, in their order."""
+    if isinstance(scene.load_steps, int):
+        return [(i + 1) / scene.load_steps for i in range(scene.load_steps)]
+    return list(scene.load_steps)
+
+
+def solve(
+    body: Body, gradients: Floats, last: Equilibrium | None, level: float, clock: Clock
+) -> Equilibrium:
+    """Bring a body into balance at a load factor, and update its points.
+
+    Parameters
+    ----------
+    body : Body
+    gradients : (p, k, 2) float
+        Basis gradients at its quadrature points [1/mm].
+    last : Equilibrium or None
+        The balance before, on this grid; None before the first one, and where growth has changed
+        the grid at small strain.
+    level : float
+        Load factor.
+    clock : Clock
+
+    Returns
+    -------
+    Equilibrium
+        At small strain for load factor one: its results grow with the load.
+
+    Raises
+    ------
+    SolveError
+        Where there is no equilibrium to be found.
+    """
+    scene = body.scene
+    if scene.kinematics == "finite" or (last is not None and last.finite):
+        return _solve_finite(body, gradients, last, level, clock)
+    if last is not None:
+        return last
+    balance = _solve_small(body, gradients, clock)
+    if scene.kinematics == "auto":
+        levels = load_levels(scene)
+        effect = finite_effect(body, gradients, balance, max(map(abs, levels)))
+        balance = replace(balance, finite_effect=effect)
+        if min(levels) < 0.0 or (effect > NEGLIGIBLE and _may_be_finite(scene)):
+            return _solve_finite(body, gradients, None, level, clock)
+    return balance
+
+
+def carry_over(balance: Equilibrium, old: Grid, new: Grid) -> Equilibrium | None:
+    """Carry a balance over to the grid that growth has changed.
+
+    At small strain there is nothing to carry: the next balance is solved for from the start.
+    """
+    if not balance.finite:
+        return None
+    nothing = np.zeros((len(new.nodes), 2))
+    return replace(
+        balance,
+        displacement=transfer.carry_over(old, balance.displacement, new),
+        internal_force=nothing,
+        contact_force=nothing,
+    )
+
+
+def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
+    """Sum the configurational force at every node of a body in balance [N/mm], (n, 2)."""
+    problem = body.grid, body.integration, gradients, body.loading.body_force
+    return cf.finite_nodal_force(*problem) if balance.finite else cf.nodal_force(*problem)
+
+
+def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: float) -> float:
+    """Estimate what finite deformation would change of the energy of a small strain solution.
+
+    Parameters
+    ----------
+    body : Body
+    gradients : (p, k, 2) float
+    balance : Equilibrium
+        At small strain.
+    level : float
+        Load factor.
+
+    Returns
+    -------
+    float
+        |r . u| / (2 W) with r the unbalanced force at finite deformation of the displacement u,
+        which is of second order in it. Where u turns points inside out, from a smaller load, to
+        which it is in proportion.
+    """
+    grid, points, loading = body.grid, body.integration, body.loading
+    energy = np.sum(points.energy * points.volume)
+    if not energy > 0.0 or level == 0.0:
+        return 0.0
+    factor = level
+    while True:
+        u = factor * balance.displacement
+        moved = replace(points)
+        if update_elastic(body, moved, gradients, u) > 0.0:
+            break
+        factor *= 0.5
+    internal = finite.internal_force(
+        grid.elements,
+        len(u),
+        points.element,
+        gradients,
+        points.volume,
+        moved.displacement_gradient,
+        moved.stress,
+    )
+    unbalanced = factor * (loading.force + balance.contact_force) - internal
+    work = np.sum(np.where(loading.prescribed, 0.0, unbalanced * u))
+    return float(abs(work) / (2.0 * factor**2 * energy) * level / factor)
+
+
+def update_elastic(
+    body: Body, points: MaterialPoints, gradients: Floats, displacement: Floats
+) -> float:
+    """Give points the state of a finite deformation from rest, in place.
+
+    Parameters
+    ----------
+    body : Body
+        Of elastic materials.
+    points : MaterialPoints
+        Of its grid.
+    gradients : (p, k, 2) float
+        Basis gradients there [1/mm].
+    displacement : (n, 2) float
+        Of the nodes [mm].
+
+    Returns
+    -------
+    float
+        Smallest determinant of the deformation gradient; no stress where it is not positive.
+    """
+    laws = material_laws(body.scene, body.grid.region_names)
+    points.displacement_gradient, points.stress, points.energy, _, det_F = finite.update_points(
+        body.grid.elements,
+        points.element,
+        gradients,
+        np.zeros((len(points), 2, 2)),
+        points.volume,
+        points.material,
+        laws.law,
+        laws.parameters,
+        laws.virgin_history(len(points)),
+        displacement,
+        patch_of(body.patches, points),
+    )
+    return float(det_F.min())
+
+
+def _may_be_finite(scene: Scene) -> bool:
+    """Whether nothing else that a scene asks for needs small strain."""
+    return scene.plane == "strain" and scene.growth is None
+
+
+def _solve_small(body: Body, gradients: Floats, clock: Clock) -> Equilibrium:
+    grid, points, loading = body.grid, body.integration, body.loading
+    lame = lame_constants(body.scene, grid.region_names)
+    problem = grid, points, gradients, lame, loading
+    with clock("stiffness"):  # step 3
+        stiffness = equilibrium.assemble_stiffness(*problem, body.patches)
+    with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
+        return equilibrium.solve_linear(stiffness, *problem, body.scene.solver, body.patches)
+
+
+def _solve_finite(
+    body: Body, gradients: Floats, last: Equilibrium | None, level: float, clock: Clock
+) -> Equilibrium:
+    points = body.integration
+    problem = newton.Problem(
+        grid=body.grid,
+        points=points,
+        gradients=gradients,
+        base=np.zeros((len(points), 2, 2)),
+        laws=material_laws(body.scene, body.grid.region_names),
+        loading=body.loading,
+        solver=body.scene.solver,
+        patches=body.patches,
+    )
+    with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
+        rest = newton.at_rest(problem)
+        if last is None:
+            return newton.advance(problem, rest, level)
+        if last.load_factor != level:
+            return newton.advance(problem, last, level)
+        return newton.rebalance(problem, last)

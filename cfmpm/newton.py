@@ -1,0 +1,469 @@
+"""Equilibrium at finite deformation: Newton's method, load steps, and what may be accepted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from cfmpm import solvers
+from cfmpm.contact import Contact, close_faces
+from cfmpm.equilibrium import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
+from cfmpm.errors import SolveError
+from cfmpm.grid import Floats, Grid, Ints
+from cfmpm.kernels import acoustic, constitutive, finite, stretch
+from cfmpm.kernels import patches as patch_kernels
+from cfmpm.loading import Loading
+from cfmpm.materials import Laws
+from cfmpm.patches import Patches, patch_of
+from cfmpm.points import MaterialPoints
+from cfmpm.solvers import Factor
+
+# Largest unbalanced force relative to the nodal forces, where round-off does not leave more.
+RESIDUAL = 1e-9
+# Strain of a linear body (root mean square, weighted with its stiffness) in the first step.
+FIRST_STRAIN = 0.01
+# Iterations after which a step is halved; up to which the next one may be longer, and by how much.
+MOST_ITERATIONS, FEW_ITERATIONS, LONGER = 15, 6, 1.5
+# What a step may multiply the largest stretch by, or the smallest inverted: Newton's method can
+# jump over a limit point to a torn state, which is in balance too.
+STRETCH_JUMP = 1.5
+# Halvings of the first step after which a limit counts as found.
+HALVINGS = 10
+# A correction is halved until the unbalanced force falls, or its work along the correction falls to
+# this part; not below this length.
+LINE_SEARCH, SHORTEST = 0.8, 1.0 / 128.0
+# Displacement, relative to the smallest triangle, by which prescribed motion is felt out: as much
+# as the second order that it leaves in a prediction.
+PROBE = 1e-6
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What stays as it is while the loads change.
+
+    Attributes
+    ----------
+    grid : Grid
+    points : MaterialPoints
+        What is summed over; updated in place to each state that is accepted.
+    gradients : (p, k, 2) float
+        Basis gradients with respect to the reference configuration [1/mm].
+    base : (p, 2, 2) float
+        Displacement gradient of the points before the grid moves.
+    laws : Laws
+    loading : Loading
+    solver : str
+    patches : Patches or None
+        Over which the volume ratio is averaged.
+    """
+
+    grid: Grid
+    points: MaterialPoints
+    gradients: Floats
+    base: Floats
+    laws: Laws
+    loading: Loading
+    solver: str = "auto"
+    patches: Patches | None = None
+
+    @cached_property
+    def pattern(self) -> tuple[Ints, Ints]:
+        """Row pointers and columns of the stiffness of the free degrees of freedom."""
+        return sparsity(self.grid, self.loading, self.patches)
+
+    @cached_property
+    def patch(self) -> Ints:
+        """Patch of each point; empty where there are none."""
+        return patch_of(self.patches, self.points)
+
+    @cached_property
+    def slots(self) -> Ints:
+        """Where the entries of each element go in the stiffness."""
+        slots: Ints = finite.entry_slots(self.grid.elements, self.loading.free, *self.pattern)
+        return slots
+
+    @cached_property
+    def patch_slots(self) -> Ints:
+        """Where the entries of each patch go in the stiffness."""
+        assert self.patches is not None
+        slots: Ints = finite.entry_slots(self.patches.nodes, self.loading.free, *self.pattern)
+        return slots
+
+
+@dataclass(frozen=True)
+class _State:
+    """What a displacement of the grid does to the points, balanced or not."""
+
+    displacement: Floats
+    displacement_gradient: Floats
+    stress: Floats
+    energy: Floats
+    history: Floats
+    internal_force: Floats
+
+
+@dataclass(frozen=True)
+class _Balanced:
+    """Where Newton's method ended."""
+
+    state: _State
+    contact_force: Floats
+    contact_pairs: int
+    residuals: tuple[float, ...]
+    floor: float
+
+
+def at_rest(problem: Problem) -> Equilibrium:
+    """Return the state of a body before it is loaded."""
+    nothing = np.zeros((len(problem.grid.nodes), 2))
+    return Equilibrium(
+        displacement=nothing,
+        internal_force=nothing,
+        contact_force=nothing,
+        contact_pairs=0,
+        residual_norm=0.0,
+        residual_floor=0.0,
+        solver="",
+        n_unknowns=0,
+        negative_pivots=0.0,
+        iterations=0,
+        load_factor=0.0,
+        finite=True,
+        external_work=0.0,
+        history=problem.laws.virgin_history(len(problem.points)),
+    )
+
+
+def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
+    """Change the load factor, in as many steps as it takes, through stable states only.
+
+    A state is accepted when its forces balance, its stiffness is positive definite, no point is
+    turned inside out and no stretch has jumped. Points that have lost ellipticity are counted.
+
+    Parameters
+    ----------
+    problem : Problem
+        Its points are updated in place.
+    last : Equilibrium
+        In balance at its load factor.
+    target : float
+        Load factor to be reached.
+
+    Returns
+    -------
+    Equilibrium
+        Where no stable state is found further on: the last one, with the reason in `stopped`.
+
+    Raises
+    ------
+    SolveError
+        Where the last one is where it began.
+    """
+    march = _March(problem, last.history)
+    balance, state = last, march.state(last.displacement)
+    march.factor_at(state)
+    rate = march.rate(state)
+    length = march.first_step(rate, target - last.load_factor)
+    shortest = abs(length) * 0.5**HALVINGS
+    while balance.load_factor != target:
+        remaining = target - balance.load_factor
+        # No last step that is much shorter than the others.
+        goal = target if abs(remaining) < 1.2 * abs(length) else balance.load_factor + length
+        try:
+            start = state.displacement + (goal - balance.load_factor) * rate
+            found = march.balance(march.state(march.apart(start)), goal, state.internal_force)
+            march.check_jump(state, found.state)
+        except SolveError as failure:
+            length = 0.5 * (goal - balance.load_factor)
+            if abs(length) >= shortest:
+                continue
+            reason = (
+                f"no stable state was found between load factors {balance.load_factor:.6g} and "
+                f"{goal:.6g}: {failure}"
+            )
+            if balance is last:
+                raise SolveError(reason) from failure
+            return replace(balance, stopped=reason)
+        balance = march.accept(balance, state, found, goal)
+        state = found.state
+        if balance.load_factor != target:
+            rate = march.rate(state)
+        if len(found.residuals) - 1 <= FEW_ITERATIONS:
+            length *= LONGER
+    return balance
+
+
+def rebalance(problem: Problem, last: Equilibrium) -> Equilibrium:
+    """Find the balance of a body whose grid has just been changed, at the load it is at.
+
+    Parameters
+    ----------
+    problem : Problem
+        Its points are updated in place.
+    last : Equilibrium
+        With the displacement carried over to the grid as it is now.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    SolveError
+        Where there is no stable state near by.
+    """
+    march = _March(problem, last.history)
+    before = march.state(last.displacement)
+    found = march.balance(before, last.load_factor, before.internal_force)
+    return march.accept(last, before, found, last.load_factor)
+
+
+class _March:
+    """Goes from one stable state of a problem to the next.
+
+    Parameters
+    ----------
+    problem : Problem
+    history : (p, h) float
+        Of the last accepted state.
+    """
+
+    def __init__(self, problem: Problem, history: Floats) -> None:
+        self._problem = problem
+        self._history = history
+        self._free = ~problem.loading.prescribed
+        n_free = int(np.count_nonzero(self._free))
+        self._chosen = solvers.select(n_free, problem.solver)
+        self._factor: Factor | None = None
+
+    def state(self, displacement: Floats) -> _State:
+        """Evaluate the points; SolveError where one is turned inside out."""
+        grid, points, laws = self._problem.grid, self._problem.points, self._problem.laws
+        gradient, stress, energy, history, det_F = finite.update_points(
+            grid.elements,
+            points.element,
+            self._problem.gradients,
+            self._problem.base,
+            points.volume,
+            points.material,
+            laws.law,
+            laws.parameters,
+            self._history,
+            displacement,
+            self._problem.patch,
+        )
+        if not det_F.min() > 0.0:
+            raise SolveError(
+                f"{int((~(det_F > 0.0)).sum())} material points would be turned inside out"
+            )
+        force = finite.internal_force(
+            grid.elements,
+            len(grid.nodes),
+            points.element,
+            self._problem.gradients,
+            points.volume,
+            gradient,
+            stress,
+        )
+        return _State(displacement, gradient, stress, energy, history, force)
+
+    def factor_at(self, state: _State) -> csr_array:
+        """Factor the stiffness of a state; SolveError where it is not positive definite."""
+        points, laws = self._problem.points, self._problem.laws
+        indptr, indices = self._problem.pattern
+        data = finite.stiffness(
+            self._problem.slots,
+            len(indices),
+            points.element,
+            self._problem.gradients,
+            points.volume,
+            points.material,
+            laws.law,
+            laws.parameters,
+            self._history,
+            state.displacement_gradient,
+            self._problem.patch,
+        )
+        if self._problem.patches is not None:
+            data += patch_kernels.coupling(
+                self._problem.patch_slots,
+                len(indices),
+                self._problem.patches.nodes,
+                self._problem.grid.elements,
+                points.element,
+                self._problem.gradients,
+                points.volume,
+                points.material,
+                laws.law,
+                laws.parameters,
+                state.displacement_gradient,
+                self._problem.patch,
+            )
+        stiffness = csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
+        if self._factor is None:
+            grid, chosen = self._problem.grid, self._chosen
+            modes = (
+                solvers.rigid_body_modes(grid.nodes, self._free) if chosen.name == "amg" else None
+            )
+            self._factor = chosen.factor(stiffness, modes)
+        else:
+            self._factor.refactor(stiffness)
+        return stiffness
+
+    def rate(self, state: _State) -> Floats:
+        """Return the displacement per load factor, from the stiffness factored last."""
+        loading = self._problem.loading
+        rate = loading.displacement.copy()
+        unbalanced = loading.force
+        reach = np.abs(rate).max(initial=0.0)
+        if reach > 0.0:
+            step = PROBE * np.sqrt(self._problem.grid.areas.min()) / reach
+            probed = self.state(state.displacement + step * rate)
+            unbalanced = unbalanced - (probed.internal_force - state.internal_force) / step
+        rate[self._free] += self._solve(unbalanced[self._free])
+        return rate
+
+    def first_step(self, rate: Floats, total: float) -> float:
+        """Return the change of load factor that strains the body by `FIRST_STRAIN`."""
+        grid, points = self._problem.grid, self._problem.points
+        lame = self._problem.laws.parameters[:, :2]
+        energy = constitutive.linear_elastic(
+            grid.elements, points.element, self._problem.gradients, points.material, lame, rate
+        )[2]
+        modulus = (lame[:, 0] + 2.0 * lame[:, 1])[points.material]
+        strain = math.sqrt(2.0 * np.sum(energy * points.volume) / np.sum(modulus * points.volume))
+        if strain * abs(total) <= FIRST_STRAIN:
+            return total
+        return math.copysign(FIRST_STRAIN / strain, total)
+
+    def apart(self, displacement: Floats) -> Floats:
+        """Keep the crack faces of a displacement apart, by the stiffness factored last."""
+        return self._closed(displacement).displacement
+
+    def balance(self, state: _State, load_factor: float, force_before: Floats) -> _Balanced:
+        """Newton's method, from a state with the prescribed displacement of a load factor.
+
+        Each iteration solves K delta = f_ext - f_int (paper eq 13, sign put right), presses
+        overlapping faces apart and goes along that correction as far as it helps. Where it ends
+        without force, the forces before set the scale of what is unbalanced.
+        """
+        external = load_factor * self._problem.loading.force
+        scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
+        residuals: list[float] = []
+        while True:
+            stiffness = self.factor_at(state)
+            unbalanced = external - state.internal_force
+            closed = self._closed(self._corrected(state.displacement, unbalanced))
+            left = (unbalanced + closed.force)[self._free]
+            scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
+            residuals.append(float(np.abs(left).max(initial=0.0) / scale) if scale > 0.0 else 0.0)
+            floor = 0.0
+            if residuals[-1] > RESIDUAL:
+                floor = round_off(stiffness, state.displacement[self._free], scale)
+            if residuals[-1] <= max(RESIDUAL, min(floor, RESIDUAL_AT_FLOOR)):
+                return _Balanced(state, closed.force, closed.pairs, tuple(residuals), floor)
+            if len(residuals) > MOST_ITERATIONS:
+                raise SolveError(
+                    f"after {MOST_ITERATIONS} iterations {residuals[-1]:.1e} of the largest nodal "
+                    f"force is still unbalanced (allowed {RESIDUAL:.0e}; round-off explains "
+                    f"{floor:.1e})"
+                )
+            state = self._searched(state, closed.displacement, external + closed.force)
+
+    def check_jump(self, before: _State, after: _State) -> None:
+        """SolveError where a stretch has grown by more than `STRETCH_JUMP`."""
+        grown = stretch.largest_stretch(after.displacement_gradient)
+        jump = grown / stretch.largest_stretch(before.displacement_gradient)
+        if not jump <= STRETCH_JUMP:
+            raise SolveError(
+                f"the largest stretch would jump to {grown:.3g}, {jump:.2g} times what it was"
+            )
+
+    def accept(
+        self, last: Equilibrium, before: _State, found: _Balanced, load_factor: float
+    ) -> Equilibrium:
+        """Give a state to the points, and describe it."""
+        points, state = self._problem.points, found.state
+        points.displacement_gradient = state.displacement_gradient
+        points.stress, points.energy = state.stress, state.energy
+        lost = self._unstable_points(state)
+        self._history = state.history
+        return Equilibrium(
+            displacement=state.displacement,
+            internal_force=state.internal_force,
+            contact_force=found.contact_force,
+            contact_pairs=found.contact_pairs,
+            residual_norm=found.residuals[-1],
+            residual_floor=found.floor,
+            solver=self._chosen.name,
+            n_unknowns=int(np.count_nonzero(self._free)),
+            negative_pivots=0.0 if self._factor is None else self._factor.negative_pivots,
+            iterations=0,
+            load_factor=load_factor,
+            finite=True,
+            external_work=last.external_work + self._work(last, before, state, load_factor),
+            history=state.history,
+            newton_iterations=last.newton_iterations + len(found.residuals) - 1,
+            substeps=last.substeps + 1,
+            residuals=found.residuals,
+            unstable_points=lost,
+            unstable_from=load_factor if lost and not last.unstable_points else last.unstable_from,
+        )
+
+    def _work(self, last: Equilibrium, before: _State, after: _State, load_factor: float) -> float:
+        """Work of loads and grips over a step, by the trapezoidal rule [N]."""
+        motion = after.displacement - before.displacement
+        mean = 0.5 * (load_factor + last.load_factor) * self._problem.loading.force
+        mean[~self._free] = 0.5 * (before.internal_force + after.internal_force)[~self._free]
+        return float(np.sum(mean * motion))
+
+    def _unstable_points(self, state: _State) -> int:
+        """Count the points that have lost ellipticity."""
+        points, laws = self._problem.points, self._problem.laws
+        lowest = acoustic.ellipticity(
+            points.volume,
+            points.material,
+            laws.law,
+            laws.parameters,
+            self._history,
+            state.displacement_gradient,
+            self._problem.patch,
+        )
+        return int(np.count_nonzero(~(lowest > 0.0)))
+
+    def _solve(self, force: Floats) -> Floats:
+        assert self._factor is not None
+        return self._factor.solve(force).x
+
+    def _corrected(self, displacement: Floats, unbalanced: Floats) -> Floats:
+        corrected = displacement.copy()
+        corrected[self._free] += self._solve(unbalanced[self._free])
+        return corrected
+
+    def _closed(self, displacement: Floats) -> Contact:
+        assert self._factor is not None
+        loading = self._problem.loading
+        return close_faces(self._problem.grid, loading.prescribed, displacement, self._factor)
+
+    def _searched(self, state: _State, goal: Floats, external: Floats) -> _State:
+        """Go towards a displacement as far as it helps."""
+        along = goal - state.displacement
+        left = np.where(self._free, external - state.internal_force, 0.0)
+        size, work = float(np.sqrt(np.sum(left * left))), float(np.sum(left * along))
+        part = 1.0
+        while part >= SHORTEST:
+            try:
+                trial = self.state(state.displacement + part * along)
+            except SolveError:
+                part *= 0.5
+                continue
+            left = np.where(self._free, external - trial.internal_force, 0.0)
+            smaller = np.sqrt(np.sum(left * left)) < size
+            if smaller or abs(np.sum(left * along)) <= LINE_SEARCH * abs(work):
+                return trial
+            part *= 0.5
+        raise SolveError("no part of Newton's correction brings the body nearer to balance")
