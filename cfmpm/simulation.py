@@ -190,7 +190,8 @@ def run(
             bodies.update_owners(body)
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
             nodal = mechanics.nodal_force(body, gradients, balance)
-            tips = evaluate_tips(body, gradients, lame, balance, nodal, g_c)
+            plastic = mechanics.plastic_nodal_force(body, gradients, balance)
+            tips = evaluate_tips(body, gradients, lame, balance, nodal, g_c, plastic)
             factor = balance.load_factor if balance.finite else levels[level]
             decision = growth.decide(
                 grid, tips, g_c, scene.growth, decision, factor, balance.scale(factor)

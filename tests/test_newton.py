@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -156,6 +158,51 @@ class TestLimitPoint:
         assert "ellipticity" in history.attrs["warnings"]
         kept = run(BLOCK, loads=pull, material={"E": 1e3, "nu": 0.3, "law": "ciarlet"}).history
         assert float(kept.unstable_points[-1]) == 0
+
+
+class TestPlasticity:
+    STEEL: ClassVar = {"E": 1e4, "nu": 0.3, "law": "j2", "yield_stress": 100, "hardening": 200}
+
+    def test_work_is_stored_or_spent(self):
+        history = run(PLATE, material=self.STEEL, load_steps=80).history
+        whole = history.strain_energy + history.plastic_work
+        assert float(history.plastic_work[-1]) > 0.3 * float(whole[-1])
+        np.testing.assert_allclose(history.external_work, whole, rtol=3e-3)
+        np.testing.assert_allclose(history.external_work[-1], whole[-1], rtol=3e-4)
+
+    def test_a_body_that_has_flowed_keeps_it(self):
+        history = run(PLATE, material=self.STEEL, load_steps=[1.0, 0.0]).history
+        assert float(history.plastic_work[1]) >= float(history.plastic_work[0]) > 0
+        assert float(history.strain_energy[1]) > 0  # residual stress
+        assert np.abs(history.reaction_y[1]).max() > 0
+
+    def test_the_force_of_stored_energy_depends_on_the_domain(self):
+        """What plastic work adds is told apart; elastic, no domain differs."""
+        kind = {
+            "load_steps": 10,
+            "mesh": {"element": "T6", "size": 5, "grading": {"tip_size": 0.5}},
+            "fracture": {"radii": [3, 6, 10]},
+        }
+        history = run(PLATE, material=self.STEEL, **kind).history
+        spread = float(history.J_spread[-1, 0] / history.J[-1, 0])
+        assert spread > 0.05
+        elastic = run(PLATE, **kind).history
+        assert float(elastic.J_spread[-1, 0] / elastic.J[-1, 0]) < 0.1 * spread
+        assert float(history.J_plastic[-1, 0]) > 0.1 * float(history.J[-1, 0])
+        assert np.isnan(elastic.J_plastic).all()
+        assert np.isnan(elastic.plastic_work).all()
+
+    def test_below_yield_it_is_hencky(self):
+        loads = [
+            {"edge": "top", "displacement": {"y": 0.01}},
+            {"edge": "bottom", "displacement": {"y": -0.01}},
+        ]
+        steel, hencky = (
+            run({**PLATE, "loads": loads}, material=material).history
+            for material in (self.STEEL, {"E": 1e4, "nu": 0.3})
+        )
+        assert float(steel.J[0, 0]) == float(hencky.J[0, 0])
+        assert float(steel.plastic_work[0]) == 0.0
 
 
 def test_small_loads_give_the_small_strain_solution():
