@@ -287,3 +287,28 @@ class TestGrowth:
             assert first > 1
             assert float(history.cf_norm[first - 1, 0]) >= 3.0
             assert (history.cf_norm[: first - 1, 0] < 3.0).all()
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
+    """A step that fails leaves nothing behind: the closed faces go on from the last state.
+
+    The crack takes stiffness away, as its faces slide, and open where the plate bends; the part of
+    the width that it leaves is at least as good.
+    """
+    outline = [[0, 0], [50, 0], [50, 80], [0, 80]]
+    sound = {"geometry": {"outline": outline}, "family": None, "fracture": {}}
+    loads = [{"edge": "edge_3", "displacement": {"y": -12}}]
+    loads += [{"edge": "edge_1", "displacement": {"y": 12}}]
+    cracked = {"geometry": {"outline": outline, "cracks": [{"points": [[0, 40], [12, 40]]}]}}
+    reached = []
+    for body in (sound, sound | cracked):
+        mesh = {"element": element, "size": 8}
+        history = run(PLATE, **body, loads=loads, mesh=mesh, load_steps=[0.1, 1.0]).history
+        assert history.attrs["ending"].startswith("unstable: no stable state")
+        assert "buckling" in history.attrs["ending"]
+        assert np.isfinite(history.strain_energy).all()
+        reached.append(float(history.load_factor[-1]))
+    assert (1 - 12 / 50) * reached[0] < reached[1] < reached[0]
+    assert (history.min_opening > -1e-8).all()
+    assert (history.contact_pairs > 0).all()
