@@ -55,6 +55,10 @@ class Problem:
     laws : Laws
     loading : Loading
     solver : str
+    faces : Grid or None
+        With the crack faces as they were closed, where `grid` has moved since.
+    carried : (n, 2) float or 0
+        By which its nodes have [mm].
     """
 
     grid: Grid
@@ -64,6 +68,8 @@ class Problem:
     laws: Laws
     loading: Loading
     solver: str = "auto"
+    faces: Grid | None = None
+    carried: Floats | float = 0.0
 
     @cached_property
     def pattern(self) -> tuple[Ints, Ints]:
@@ -414,8 +420,12 @@ class _March:
 
     def _closed(self, displacement: Floats) -> Contact:
         assert self._factor is not None
-        loading = self._problem.loading
-        return close_faces(self._problem.grid, loading.prescribed, displacement, self._factor)
+        problem = self._problem
+        faces, total = problem.faces or problem.grid, problem.carried + displacement
+        contact = close_faces(faces, problem.loading.prescribed, total, self._factor)
+        if contact.displacement is total:
+            return replace(contact, displacement=displacement)
+        return replace(contact, displacement=contact.displacement - problem.carried)
 
     def _searched(self, state: _State, goal: Floats, external: Floats) -> _State:
         """Go towards a displacement as far as it helps."""

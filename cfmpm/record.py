@@ -252,7 +252,12 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     felt = size > 1e-9 * np.abs(balance.internal_force).max(initial=0.0)
     along = np.full(len(size), np.nan)
     along[felt] = (motion * reaction).sum(axis=1)[felt] / size[felt]
-    return {
+    values: dict[str, Any] = {}
+    if balance.finite:
+        values["min_det_F"] = np.linalg.det(np.eye(2) + source.displacement_gradient).min()
+    if body.motion is not None:
+        values |= {"least_fill": body.motion.fill, "grid_resets": body.motion.resets}
+    return values | {
         "strain_energy": np.sum(source.energy * source.volume),
         "newton_iterations": balance.newton_iterations,
         "substeps": balance.substeps,
