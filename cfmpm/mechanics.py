@@ -190,9 +190,9 @@ def _solve_finite(
         laws=material_laws(body.scene, body.grid.region_names),
         loading=body.loading,
         solver=body.scene.solver,
-        faces=None if motion is None else motion.reference,
-        carried=0.0 if motion is None else motion.displacement,
     )
+    if motion is not None:
+        problem = replace(problem, springs=motion.springs, **updated.closed_faces(body, motion))
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
         rest = newton.at_rest(problem)
         if last is None:

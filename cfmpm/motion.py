@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels import basis
 from cfmpm.loading import Loading
+from cfmpm.springs import Springs
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,9 @@ class Motion:
     base : (q, 2, 2) float
         Displacement gradient of the quadrature points when the grid was reset last.
     smoothed : (m,) bool
-        Nodes of the present grid that are not with their tracer any more.
+        Nodes of a following grid that are not with their tracer any more.
+    springs : Springs or None
+        On the present grid: supports in which it moves, and its stabilisation.
     resets : int
         How often the grid was moved under the points.
     fill : float
@@ -54,6 +57,7 @@ class Motion:
     carrier: Ints
     base: Floats
     smoothed: NDArray[np.bool_]
+    springs: Springs | None
     resets: int
     fill: float
 

@@ -19,6 +19,7 @@ from cfmpm.loading import Loading
 from cfmpm.materials import Laws
 from cfmpm.points import MaterialPoints
 from cfmpm.solvers import Factor
+from cfmpm.springs import Springs
 
 # Largest unbalanced force relative to the nodal forces, where round-off does not leave more.
 RESIDUAL = 1e-9
@@ -59,6 +60,8 @@ class Problem:
         With the crack faces as they were closed, where `grid` has moved since.
     carried : (n, 2) float or 0
         By which its nodes have [mm].
+    springs : Springs or None
+        On the grid besides the material.
     """
 
     grid: Grid
@@ -70,11 +73,28 @@ class Problem:
     solver: str = "auto"
     faces: Grid | None = None
     carried: Floats | float = 0.0
+    springs: Springs | None = None
 
     @cached_property
     def pattern(self) -> tuple[Ints, Ints]:
         """Row pointers and columns of the stiffness of the free degrees of freedom."""
-        return sparsity(self.grid, self.loading)
+        material = sparsity(self.grid, self.loading)
+        return material if self.springs is None else self.springs.united(material, self.free)
+
+    @cached_property
+    def spring_entries(self) -> Floats | float:
+        """What the springs add to the entries of the stiffness [N/mm^2]."""
+        return 0.0 if self.springs is None else self.springs.entries(self.pattern, self.free)
+
+    @cached_property
+    def free(self) -> Ints:
+        """Rows of the free degrees of freedom among those of the displacement."""
+        return np.flatnonzero(~self.loading.prescribed)
+
+    @property
+    def pull(self) -> Floats | float:
+        """Force of the springs per load factor [N/mm]."""
+        return 0.0 if self.springs is None else self.springs.pull
 
     @cached_property
     def slots(self) -> Ints:
@@ -93,6 +113,12 @@ class _State:
     energy: Floats
     history: Floats
     internal_force: Floats
+    spring_force: Floats | float
+
+    @property
+    def resistance(self) -> Floats:
+        """Force of material and springs against the displacement [N/mm], (n, 2)."""
+        return self.internal_force + self.spring_force
 
 
 @dataclass(frozen=True)
@@ -258,7 +284,9 @@ class _March:
             gradient,
             stress,
         )
-        return _State(displacement, gradient, stress, energy, history, force)
+        springs = self._problem.springs
+        spring_force = 0.0 if springs is None else springs.resistance(displacement)
+        return _State(displacement, gradient, stress, energy, history, force, spring_force)
 
     def factor_at(self, state: _State) -> csr_array:
         """Factor the stiffness of a state; SolveError where it is not positive definite."""
@@ -277,6 +305,7 @@ class _March:
             state.displacement_gradient,
             laws.patch,
         )
+        data = data + self._problem.spring_entries
         stiffness = csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
         if self._factor is None:
             grid, chosen = self._problem.grid, self._chosen
@@ -292,12 +321,12 @@ class _March:
         """Return the displacement per load factor, from the stiffness factored last."""
         loading = self._problem.loading
         rate = loading.displacement.copy()
-        unbalanced = loading.force
+        unbalanced = loading.force + self._problem.pull
         reach = np.abs(rate).max(initial=0.0)
         if reach > 0.0:
             step = PROBE * np.sqrt(self._problem.grid.areas.min()) / reach
             probed = self.state(state.displacement + step * rate)
-            unbalanced = unbalanced - (probed.internal_force - state.internal_force) / step
+            unbalanced = unbalanced - (probed.resistance - state.resistance) / step
         rate[self._free] += self._solve(unbalanced[self._free])
         return rate
 
@@ -326,11 +355,13 @@ class _March:
         without force, the forces before set the scale of what is unbalanced.
         """
         external = load_factor * self._problem.loading.force
+        # Of large and opposite forces: what springs leave of them, the material feels.
+        pull = load_factor * self._problem.pull
         scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
         residuals: list[float] = []
         while True:
             stiffness = self.factor_at(state)
-            unbalanced = external - state.internal_force
+            unbalanced = external + pull - state.resistance
             closed = self._closed(self._corrected(state.displacement, unbalanced))
             left = (unbalanced + closed.force)[self._free]
             scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
@@ -346,7 +377,7 @@ class _March:
                     f"force is still unbalanced (allowed {RESIDUAL:.0e}; round-off explains "
                     f"{floor:.1e})"
                 )
-            state = self._searched(state, closed.displacement, external + closed.force)
+            state = self._searched(state, closed.displacement, external + pull + closed.force)
 
     def check_jump(self, before: _State, after: _State) -> None:
         """SolveError where a stretch has grown by more than `STRETCH_JUMP`."""
@@ -389,9 +420,11 @@ class _March:
         )
 
     def _work(self, last: Equilibrium, before: _State, after: _State, load_factor: float) -> float:
-        """Work of loads and grips over a step, by the trapezoidal rule [N]."""
+        """Work of loads, grips and springs over a step, by the trapezoidal rule [N]."""
         motion = after.displacement - before.displacement
-        mean = 0.5 * (load_factor + last.load_factor) * self._problem.loading.force
+        applied = self._problem.loading.force + self._problem.pull
+        mean = 0.5 * (load_factor + last.load_factor) * applied
+        mean -= 0.5 * (before.spring_force + after.spring_force)
         mean[~self._free] = 0.5 * (before.internal_force + after.internal_force)[~self._free]
         return float(np.sum(mean * motion))
 
@@ -430,7 +463,7 @@ class _March:
     def _searched(self, state: _State, goal: Floats, external: Floats) -> _State:
         """Go towards a displacement as far as it helps."""
         along = goal - state.displacement
-        left = np.where(self._free, external - state.internal_force, 0.0)
+        left = np.where(self._free, external - state.resistance, 0.0)
         size, work = float(np.sqrt(np.sum(left * left))), float(np.sum(left * along))
         part = 1.0
         while part >= SHORTEST:
@@ -439,7 +472,7 @@ class _March:
             except SolveError:
                 part *= 0.5
                 continue
-            left = np.where(self._free, external - trial.internal_force, 0.0)
+            left = np.where(self._free, external - trial.resistance, 0.0)
             smaller = np.sqrt(np.sum(left * left)) < size
             if smaller or abs(np.sum(left * along)) <= LINE_SEARCH * abs(work):
                 return trial

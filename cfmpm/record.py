@@ -116,6 +116,7 @@ class Record:
         self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
         self.warnings |= dict.fromkeys(remarks.doubts(body, balance, scale))
+        self.warnings |= dict.fromkeys(remarks.doubts_at_tips(body, tips))
 
     def add_severed(self, triangulation: Triangulation, seconds: Mapping[str, float]) -> None:
         """Add the last position of the cracks, after which a part of the body is free."""

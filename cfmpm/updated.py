@@ -20,14 +20,24 @@ from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.fracture.release import triangle_quality
-from cfmpm.grid import Floats, Grid, Ints
+from cfmpm.grid import Floats, Grid, Ints, build_grid
 from cfmpm.kernels import assembly, basis, clipping, finite, smoothing, topology
-from cfmpm.loading import Loading, hold_nodes
+from cfmpm.loading import hold_nodes
+from cfmpm.materials import region_materials
+from cfmpm.meshing import mesh_size
+from cfmpm.meshing.margin import surround
 from cfmpm.motion import Motion, interpolate, nearest_filled
-from cfmpm.points import MaterialPoints, relocate
+from cfmpm.points import MaterialPoints, locate, relocate
+from cfmpm.springs import Springs, ghost, join, supports
 
 # Over the nodes of a grid that is smoothed, at most.
 SWEEPS = 10
+# Of the size of the body: how far it may move besides what supports prescribe.
+MARGIN = 0.05
+# Stiffness of a support in which the grid moves, over the largest modulus of the material.
+STIFFNESS = 1e4
+# Part of a triangle that material fills below which it is stabilised (design study).
+LITTLE = 0.6
 
 
 def begin(body: Body) -> Body:
@@ -41,10 +51,14 @@ def begin(body: Body) -> Body:
     Returns
     -------
     Body
+        Its triangles keep their numbers; a fixed grid has a margin besides.
+
+    Raises
+    ------
+    MeshError
+        Where no margin can be made.
     """
     grid, points = body.grid, body.points
-    carrier = np.empty(len(grid.nodes), np.int64)
-    carrier[grid.elements] = np.arange(len(grid.elements))[:, None]
     motion = Motion(
         reference=grid,
         loading=body.loading,
@@ -52,13 +66,33 @@ def begin(body: Body) -> Body:
         element=points.element,
         gradients=basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
         displacement=np.zeros_like(grid.nodes),
-        carrier=carrier,
+        carrier=_a_triangle_of_each(grid),
         base=np.zeros((len(points), 2, 2)),
         smoothed=np.zeros(len(grid.nodes), bool),
+        springs=None,
         resets=0,
         fill=1.0,
     )
-    return replace(body, motion=motion)
+    if body.scene.updated.grid == "fixed":
+        body = replace(body, grid=_with_margin(body))
+    return _loaded(body, motion)
+
+
+def _with_margin(body: Body) -> Grid:
+    """Put a margin around the grid of a body; tips keep their order."""
+    scene, reference = body.scene, body.grid
+    size = float(np.ptp(reference.nodes, axis=0).max())
+    margin = scene.updated.margin
+    if margin is None:
+        levels = scene.load_steps if isinstance(scene.load_steps, list) else [1.0]
+        reach = np.abs(body.loading.displacement).max() * np.abs(levels).max()
+        margin = float(reach) + MARGIN * size
+    grid = build_grid(
+        surround(body.triangulation, margin, mesh_size(scene) or MARGIN * size),
+        scene.mesh.element,
+    )
+    tips = {(tip.crack, tip.end): tip for tip in grid.tips}
+    return replace(grid, tips=tuple(tips[tip.crack, tip.end] for tip in reference.tips))
 
 
 def pull_back(gradients: Floats, base: Floats) -> Floats:
@@ -77,6 +111,17 @@ def pull_back(gradients: Floats, base: Floats) -> Floats:
         dS/dX_j = dS/dx_i (F_n)_ij [1/mm].
     """
     return gradients + np.einsum("qki,qij->qkj", gradients, base)
+
+
+def closed_faces(body: Body, motion: Motion) -> dict[str, Any]:
+    """Return what contact of crack faces is found from, as fields of `newton.Problem`.
+
+    The nodes of a following grid are those of the reference. In a fixed grid the two faces of the
+    material are not where the doubled nodes are, and contact is left out.
+    """
+    if _is_fixed(body):
+        return {"faces": replace(body.grid, crack_faces={})}
+    return {"faces": motion.reference, "carried": motion.displacement}
 
 
 def in_reference(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Any, ...]:
@@ -108,7 +153,23 @@ def in_reference(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[A
         loading=motion.loading,
     )
     displacement = motion.traced(body.grid, _everywhere(body, balance.displacement))
-    return seen, motion.gradients, replace(balance, displacement=displacement)
+    force = balance.internal_force
+    if _is_fixed(body):
+        # What moves past the grid is held by springs.
+        loading, factor = motion.loading, balance.load_factor
+        slip = factor * loading.displacement - displacement
+        held = np.where(loading.prescribed, STIFFNESS * _largest_modulus(body) * slip, 0.0)
+        force = factor * loading.force + held
+    return (
+        seen,
+        motion.gradients,
+        replace(
+            balance,
+            displacement=displacement,
+            internal_force=force,
+            contact_force=np.zeros_like(force) if _is_fixed(body) else balance.contact_force,
+        ),
+    )
 
 
 def material_force(body: Body, balance: Equilibrium) -> Floats:
@@ -137,8 +198,7 @@ def material_force(body: Body, balance: Equilibrium) -> Floats:
         points.displacement_gradient,
         points.stress,
     )
-    external = balance.load_factor * body.loading.force
-    return nodal + internal - external
+    return nodal + internal - balance.load_factor * body.loading.force
 
 
 def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Floats]:
@@ -173,7 +233,7 @@ def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Fl
         on_grid = cf.domain_force(body.grid, nodal, tip, max(domain.radii))
         norm.append(np.hypot(*on_grid))
         place = body.grid.nodes[tip.node]
-        if body.scene.updated.grid == "following":
+        if not _is_fixed(body):
             place = place + balance.displacement[tip.node]
         drift.append(np.hypot(*(traced[own.node] - place)))
     return {"cf_norm_grid": np.array(norm), "tip_drift": np.array(drift)}
@@ -203,36 +263,30 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
     assert motion is not None
     moved = _everywhere(body, balance.displacement)
     traced = motion.traced(old, moved)
-    grid, smoothed, changed = _followed(body, traced, moved)
+    grid, smoothed, changed = old, motion.smoothed, True
+    if not _is_fixed(body):
+        grid, smoothed, changed = _followed(body, traced, moved)
     motion = replace(motion, displacement=traced, smoothed=smoothed, resets=motion.resets + changed)
-    scene = body.scene
-    by_domains = scene.updated.integration == "domains"
-    points, rows = body.points, body.integration
-    if by_domains:
+    points, quadrature = body.points, body.quadrature
+    rows = _moved(body.integration, old, moved)
+    if body.scene.updated.integration == "points":
+        points = rows
+    else:
         corners = motion.tracers[motion.reference.triangles]
         points = replace(points, position=corners.mean(axis=1))
-    else:
-        points = rows = _moved(points, old, moved)
-    quadrature = body.quadrature
-    if by_domains and changed:
-        quadrature = _clipped(motion, points, grid)
-        rows = _with_state(quadrature, points)
-    elif by_domains:
-        rows = _moved(rows, old, moved)
-        if quadrature is not None:
-            quadrature = replace(quadrature, position=rows.position)
-        else:
+        if changed:
+            quadrature = _clipped(motion, points, grid, fixed=_is_fixed(body))
+            rows = _with_state(quadrature, points)
+        elif quadrature is None:
             points = rows
     rows.element = relocate(grid, rows)
-    if not by_domains:
-        points = rows
     body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
-    body = _filled(body, replace(motion, base=rows.displacement_gradient))
+    motion = replace(motion, base=rows.displacement_gradient)
     history = balance.history
     if len(history) != len(rows):
         history = np.zeros((len(rows), 0))
     nothing = np.zeros_like(grid.nodes)
-    return body, replace(
+    return _loaded(body, motion), replace(
         balance,
         displacement=nothing,
         internal_force=nothing,
@@ -241,18 +295,31 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
     )
 
 
+def _is_fixed(body: Body) -> bool:
+    return body.scene.updated.grid == "fixed"
+
+
+def _largest_modulus(body: Body) -> float:
+    return max(m.E for m in region_materials(body.scene, body.grid.region_names))
+
+
+def _a_triangle_of_each(grid: Grid) -> Ints:
+    """Return a triangle of each node."""
+    found = np.empty(len(grid.nodes), np.int64)
+    found[grid.elements] = np.arange(len(grid.elements))[:, None]
+    return found
+
+
 def _everywhere(body: Body, displacement: Floats) -> Floats:
     """Let nodes without material go on as the nearest triangle with material does."""
     grid = body.grid
     filled = _are_filled(grid, body.integration.element)
-    if filled.all():
+    if filled.all() or _is_fixed(body):
         return displacement
     touched = np.zeros(len(grid.nodes), bool)
     touched[grid.elements[filled]] = True
     floating = np.flatnonzero(~touched)
-    of_node = np.empty(len(grid.nodes), np.int64)
-    of_node[grid.elements] = np.arange(len(grid.elements))[:, None]
-    nearest = nearest_filled(grid, filled)[of_node[floating]]
+    nearest = nearest_filled(grid, filled)[_a_triangle_of_each(grid)[floating]]
     displacement = displacement.copy()
     displacement[floating] = interpolate(grid, displacement, nearest, grid.nodes[floating])
     return displacement
@@ -276,7 +343,7 @@ def _followed(body: Body, traced: Floats, moved: Floats) -> tuple[Grid, NDArray[
     triangles = np.ascontiguousarray(old.triangles)
     stars = topology.node_stars(triangles, len(nodes))
     free, least = ~_bound(motion), body.scene.updated.smooth_below
-    now = smoothing.smooth(nodes, triangles, *stars, free, least, SWEEPS)
+    now = smoothing.smooth(nodes, triangles, stars[0], stars[1], free, least, SWEEPS)
     worst = triangle_quality(nodes, triangles)
     if not worst.min() > 0.0:
         raise SolveError(
@@ -289,7 +356,7 @@ def _followed(body: Body, traced: Floats, moved: Floats) -> tuple[Grid, NDArray[
 def _bound(motion: Motion) -> NDArray[np.bool_]:
     """Return the nodes that stay with the material: boundary, cracks, borders, supports."""
     grid = motion.reference
-    bound = motion.loading.prescribed.any(axis=1)
+    bound: NDArray[np.bool_] = np.any(motion.loading.prescribed, axis=1)
     element, side = np.nonzero(grid.twins < 0)
     bound[grid.edge_nodes(3 * element + side)] = True
     bound[list(grid.points.values())] = True
@@ -306,25 +373,29 @@ def _moved(points: MaterialPoints, grid: Grid, displacement: Floats) -> Material
     return replace(points, position=points.position + by)
 
 
-def _clipped(motion: Motion, points: MaterialPoints, grid: Grid) -> pieces.Quadrature:
+def _clipped(
+    motion: Motion, points: MaterialPoints, grid: Grid, *, fixed: bool
+) -> pieces.Quadrature:
     """Cut the domains of the points, as they lie now, along the sides of the grid.
 
     A domain is the triangle of the three tracers that the point was seeded between, with straight
     sides. The reference volume of a point is shared among its pieces by their area in space.
     Triangles that are still their own domains need no clipping.
     """
-    corners = motion.tracers[motion.reference.triangles]
-    whole = ~motion.smoothed[grid.triangles].any(axis=1)
-    others = np.flatnonzero(~whole)
-    domains = pieces.triangular_domains(corners)
+    domains = pieces.triangular_domains(motion.tracers[motion.reference.triangles])
+    whole: NDArray[np.bool_] = np.zeros(len(grid.elements), bool)
+    owners = np.arange(len(points))
+    if not fixed:
+        whole = ~np.any(motion.smoothed[grid.triangles], axis=1)
+        owners = np.flatnonzero(~whole)
     owner, element, position, area = clipping.clip_domains(
         grid.nodes,
         grid.elements,
-        others,
+        np.flatnonzero(~whole),
         domains.anchors,
         domains.vertices,
         domains.offsets,
-        others,
+        owners,
     )
     found = np.bincount(owner, area, len(points))
     volume = points.volume[owner] * area / found[owner]
@@ -352,32 +423,103 @@ def _with_state(quadrature: pieces.Quadrature, points: MaterialPoints) -> Materi
     )
 
 
-def _filled(body: Body, motion: Motion) -> Body:
+def _loaded(body: Body, motion: Motion) -> Body:
     """Find what of the grid holds material, and put loads and supports on it."""
     grid, rows = body.grid, body.integration
     filled = _are_filled(grid, rows.element)
     touched = np.zeros(len(grid.nodes), bool)
     touched[grid.elements[filled]] = True
     floating = np.flatnonzero(~touched)
-    det_F = 1.0 + _trace_and_det(rows.displacement_gradient)
-    area = np.bincount(rows.element, rows.volume * det_F, len(grid.elements))
-    motion = replace(motion, fill=float((area / grid.areas)[filled].min()))
+    area = np.bincount(rows.element, rows.volume * _volume_ratio(rows), len(grid.elements))
+    fill = area / grid.areas
     loading = motion.loading
+    force = loading.force - loading.own_weight
+    if _is_fixed(body):
+        carrier = motion.carrier
+        if motion.resets:
+            carrier = locate(grid, motion.tracers, carrier)
+            if (carrier < 0).any():
+                x, y = motion.tracers[np.argmin(carrier)]
+                raise SolveError(
+                    f"the body has left the grid at ({x:.6g}, {y:.6g}) mm; make updated.margin "
+                    "larger"
+                )
+        # Beyond the last triangle with material the field of that goes on.
+        motion = replace(motion, carrier=nearest_filled(grid, filled)[carrier])
+        force = _spread(grid, motion, force)
+        nothing = np.zeros_like(grid.nodes)
+        loading = replace(
+            loading,
+            prescribed=np.zeros(nothing.shape, bool),
+            displacement=nothing,
+            boundaries={},
+        )
+    elif motion.smoothed.any():
+        carrier = motion.carrier.copy()
+        lost = np.flatnonzero(motion.smoothed)
+        carrier[lost] = locate(grid, motion.tracers[lost], carrier[lost])
+        motion = replace(motion, carrier=carrier)
+    motion = replace(motion, springs=_springs(body, motion, fill))
+    own_weight = np.zeros_like(force)
     if loading.body_force.any():
         shape = basis.basis_values(grid.nodes, grid.elements, rows.element, rows.position)
         own_weight = assembly.body_force(
             grid.elements, len(grid.nodes), rows.element, shape, rows.volume, loading.body_force
         )
-        loading = replace(
-            loading, force=loading.force - loading.own_weight + own_weight, own_weight=own_weight
-        )
+    loading = replace(loading, force=force + own_weight, own_weight=own_weight)
     return replace(
         body,
-        motion=motion,
+        motion=replace(motion, fill=_least_fill(grid, fill)),
         loading=hold_nodes(loading, floating),
-        empty_elements=int((~filled).sum()),
+        empty_elements=_holes(grid, motion, filled),
         floating_nodes=len(floating),
     )
+
+
+def _least_fill(grid: Grid, fill: Floats) -> float:
+    """Return the least fill of a triangle with material that has such on all sides."""
+    beside = np.where(grid.twins >= 0, fill[grid.twins // 3], 0.0)
+    inside = (fill > 0.0) & (beside > 0.0).all(axis=1)
+    return float(fill[inside].min(initial=1.0))
+
+
+def _holes(grid: Grid, motion: Motion, filled: NDArray[np.bool_]) -> int:
+    """Count the triangles without a point whose middle lies inside the body."""
+    empty = np.flatnonzero(~filled)
+    if empty.size == 0:
+        return 0
+    middle = grid.nodes[grid.triangles[empty]].mean(axis=1)
+    material = replace(motion.reference, nodes=motion.tracers)
+    return int((locate(material, middle) >= 0).sum())
+
+
+def _spread(grid: Grid, motion: Motion, force: Floats) -> Floats:
+    """Put forces on the tracers onto the nodes of the grid around them."""
+    loaded = np.flatnonzero(force.any(axis=1))
+    carrier, position = motion.carrier[loaded], motion.tracers[loaded]
+    shape = basis.basis_values(grid.nodes, grid.elements, carrier, position)
+    on_nodes = np.zeros_like(grid.nodes)
+    np.add.at(on_nodes, grid.elements[carrier], shape[:, :, None] * force[loaded][:, None])
+    return on_nodes
+
+
+def _springs(body: Body, motion: Motion, fill: Floats) -> Springs | None:
+    """Hold the tracers in a fixed grid, and stabilise what holds little material."""
+    grid, loading, held = body.grid, motion.loading, None
+    modulus = _largest_modulus(body)
+    if _is_fixed(body):
+        tracer, axis = np.nonzero(loading.prescribed)
+        held = supports(
+            grid,
+            motion.carrier[tracer],
+            motion.tracers[tracer],
+            axis,
+            STIFFNESS * modulus,
+            motion.displacement[tracer, axis],
+            loading.displacement[tracer, axis],
+        )
+    weight = body.scene.updated.ghost * modulus
+    return join(held, ghost(grid, fill, LITTLE, weight) if weight else None)
 
 
 def _are_filled(grid: Grid, element: Ints) -> NDArray[np.bool_]:
@@ -386,7 +528,7 @@ def _are_filled(grid: Grid, element: Ints) -> NDArray[np.bool_]:
     return filled
 
 
-def _trace_and_det(h: Floats) -> Floats:
-    """det(I + H) - 1."""
-    trace = h[:, 0, 0] + h[:, 1, 1]
-    return trace + h[:, 0, 0] * h[:, 1, 1] - h[:, 0, 1] * h[:, 1, 0]
+def _volume_ratio(points: MaterialPoints) -> Floats:
+    h = points.displacement_gradient
+    det = h[:, 0, 0] * h[:, 1, 1] - h[:, 0, 1] * h[:, 1, 0]
+    return 1.0 + h[:, 0, 0] + h[:, 1, 1] + det

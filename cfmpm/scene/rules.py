@@ -9,7 +9,7 @@ from itertools import chain
 
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body
-from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene
+from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
 from cfmpm.scene.rules_load import (
@@ -162,9 +162,9 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
 
 def _formulation(scene: Scene) -> Iterator[Finding]:
     """What a grid that is reset does not go with."""
-    given = scene.updated.model_fields_set
+    default = Updated()
     if scene.formulation == "total":
-        if given:
+        if scene.updated != default:
             yield "updated", "needs formulation: updated; total resets no grid"
         return
     if scene.kinematics != "finite":
@@ -181,7 +181,8 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
                 )
     fits = {"margin": "fixed", "smooth_below": "following"}
     for key, grid in fits.items():
-        if key in given and scene.updated.grid != grid:
+        other = getattr(scene.updated, key) != getattr(default, key)
+        if other and scene.updated.grid != grid:
             yield f"updated.{key}", f"needs updated.grid: {grid}"
 
 
