@@ -13,8 +13,10 @@ from cfmpm.fracture.refinement import refine
 from cfmpm.fracture.release import advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
+from cfmpm.materials import locks
 from cfmpm.meshing import triangulate
 from cfmpm.motion import Motion
+from cfmpm.patches import Patches, build_patches
 from cfmpm.points import MaterialPoints, relocate, seed
 from cfmpm.scene import Scene, expand
 
@@ -56,6 +58,8 @@ class Body:
     loading : Loading
     tip_domains : tuple of Domains
         One a tip of the grid.
+    patches : Patches or None
+        Over which the change of volume is averaged; None where triangles do not lock.
     quality : float
         Of the worst triangle that growth has changed so far; 1 equilateral, 0 flat.
     deviation : float
@@ -75,6 +79,7 @@ class Body:
     integration: MaterialPoints
     loading: Loading
     tip_domains: tuple[Domains, ...]
+    patches: Patches | None
     quality: float = 1.0
     deviation: float = 0.0
     empty_elements: int = 0
@@ -150,6 +155,7 @@ def compose(
         integration=integration,
         loading=hold_nodes(apply_loads(scene, grid, integration), floating),
         tip_domains=_tip_domains(scene, grid),
+        patches=build_patches(grid) if locks(scene, grid.region_names) else None,
         quality=quality,
         deviation=deviation,
         empty_elements=empty,

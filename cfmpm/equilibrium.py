@@ -12,8 +12,10 @@ from cfmpm import solvers
 from cfmpm.contact import close_faces
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
-from cfmpm.kernels import assembly, constitutive
+from cfmpm.kernels import assembly, constitutive, finite
+from cfmpm.kernels import patches as patch_kernels
 from cfmpm.loading import Loading
+from cfmpm.patches import Patches
 from cfmpm.points import MaterialPoints
 
 # Largest unbalanced force, relative to the nodal forces, of a solution: 1e5 times what a well posed
@@ -97,16 +99,22 @@ class Equilibrium:
         return 1.0 if self.finite else load_factor / self.load_factor
 
 
-def sparsity(grid: Grid, loading: Loading) -> tuple[Ints, Ints]:
+def sparsity(grid: Grid, loading: Loading, patches: Patches | None = None) -> tuple[Ints, Ints]:
     """Return row pointers and columns of the stiffness of the free degrees of freedom."""
-    indptr, indices = assembly.sparsity(grid.elements, loading.free)
+    coupled = grid.elements if patches is None else patches.nodes
+    indptr, indices = assembly.sparsity(coupled, loading.free)
     if len(indices) < np.iinfo(np.int32).max:
         indptr = indptr.astype(np.int32)
     return indptr, indices
 
 
 def assemble_stiffness(
-    grid: Grid, points: MaterialPoints, gradients: Floats, lame: Floats, loading: Loading
+    grid: Grid,
+    points: MaterialPoints,
+    gradients: Floats,
+    lame: Floats,
+    loading: Loading,
+    patches: Patches | None = None,
 ) -> csr_array:
     """Sum the stiffness of the free degrees of freedom over the material points.
 
@@ -119,35 +127,58 @@ def assemble_stiffness(
     lame : (q, 2) float
         Lame's constants [MPa].
     loading : Loading
+    patches : Patches, optional
+        Over which the change of volume is averaged.
 
     Returns
     -------
     csr_array
         Symmetric, both triangles [N/mm^2: N/mm per mm of thickness].
     """
-    indptr, indices = sparsity(grid, loading)
-    data = assembly.stiffness(
-        grid.elements,
-        loading.free,
-        indptr,
-        indices,
-        points.element,
-        gradients,
-        points.volume,
-        points.material,
-        lame,
-    )
+    free = loading.free
+    indptr, indices = sparsity(grid, loading, patches)
+    shared = points.element, gradients, points.volume, points.material
+    own = lame if patches is None else lame * [[0.0, 1.0]]
+    data = assembly.stiffness(grid.elements, free, indptr, indices, *shared, own)
+    if patches is not None:
+        data += patch_kernels.coupling(
+            finite.entry_slots(patches.nodes, free, indptr, indices),
+            len(indices),
+            patches.nodes,
+            grid.elements,
+            *shared,
+            np.zeros(len(lame), np.int64),
+            np.pad(lame, ((0, 0), (0, 2))),
+            np.zeros((len(points), 2, 2)),
+            patches.of_triangle[points.element],
+        )
     n = len(indptr) - 1
     return csr_array((data, indices, indptr), shape=(n, n))
 
 
 def update_points(
-    grid: Grid, points: MaterialPoints, gradients: Floats, lame: Floats, displacement: Floats
+    grid: Grid,
+    points: MaterialPoints,
+    gradients: Floats,
+    lame: Floats,
+    displacement: Floats,
+    patches: Patches | None = None,
 ) -> None:
     """Give every point its displacement gradient, stress and energy, in place."""
+    own = lame if patches is None else lame * [[0.0, 1.0]]
     points.displacement_gradient, points.stress, points.energy = constitutive.linear_elastic(
-        grid.elements, points.element, gradients, points.material, lame, displacement
+        grid.elements, points.element, gradients, points.material, own, displacement
     )
+    if patches is not None:
+        pressure, energy = patch_kernels.mean_pressure(
+            points.volume,
+            points.material,
+            lame,
+            points.displacement_gradient,
+            patches.of_triangle[points.element],
+        )
+        points.stress[:, :2] += pressure[:, None]
+        points.energy += energy
 
 
 def internal_force(grid: Grid, points: MaterialPoints, gradients: Floats) -> Floats:
@@ -165,6 +196,7 @@ def solve_linear(
     lame: Floats,
     loading: Loading,
     solver: str = "auto",
+    patches: Patches | None = None,
 ) -> Equilibrium:
     """Solve a linear scene in one step and update its points.
 
@@ -183,6 +215,8 @@ def solve_linear(
     lame : (q, 2) float
     loading : Loading
     solver : str
+    patches : Patches, optional
+        Those of the stiffness.
 
     Returns
     -------
@@ -197,7 +231,7 @@ def solve_linear(
     displacement = loading.displacement.copy()
     unbalanced = loading.force
     if displacement.any():
-        update_points(grid, points, gradients, lame, displacement)
+        update_points(grid, points, gradients, lame, displacement, patches)
         unbalanced = loading.force - internal_force(grid, points, gradients)
     chosen = solvers.select(stiffness.shape[0], solver)
     modes = solvers.rigid_body_modes(grid.nodes, free) if chosen.name == "amg" else None
@@ -207,7 +241,7 @@ def solve_linear(
     apart = displacement
     contact = close_faces(grid, loading.prescribed, apart, factor)
     displacement = contact.displacement
-    update_points(grid, points, gradients, lame, displacement)
+    update_points(grid, points, gradients, lame, displacement, patches)
     force = internal_force(grid, points, gradients)
     # A rigid motion ends without force: what had to be balanced on the way sets the scale.
     scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from cfmpm import equilibrium
+from cfmpm import equilibrium, mechanics
 from cfmpm.grid import Floats, Grid, Ints, Triangulation
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.materials import lame_constants
+from cfmpm.materials import lame_constants, material_laws, stress_across
 from cfmpm.points import MaterialPoints, seed
 from cfmpm.scene import Scene
 
@@ -38,7 +38,6 @@ def state_fields(
     Parameters
     ----------
     state : State
-        At load factor one.
     step : int
     load_factor : float
         At which the fields are wanted.
@@ -62,14 +61,11 @@ def state_fields(
     These are the places of the first material points: growth moves the grid off its points.
     """
     grid, points = state.grid, state.points
-    lame = lame_constants(state.scene, grid.region_names)
-    seeds = seed(grid)
-    gradients = basis_gradients(grid.nodes, grid.elements, seeds.element, seeds.position)
-    equilibrium.update_points(grid, seeds, gradients, lame, state.displacement)
+    scale = state.balance.scale(load_factor)
+    seeds = _state_at_seeds(state)
     faces, element = linear_faces(grid)
-    plane = state.scene.plane
-    stress = load_factor * _with_sigma_zz(points, lame, plane)
-    face_stress = load_factor * _on_faces(_with_sigma_zz(seeds, lame, plane), grid)
+    stress = scale * _with_sigma_zz(points, state)
+    face_stress = scale * _on_faces(_with_sigma_zz(seeds, state), grid)
 
     node: dict[str, Any] = {"mesh": "grid", "location": "node"}
     face: dict[str, Any] = {"mesh": "grid", "location": "face"}
@@ -99,8 +95,8 @@ def state_fields(
         "point_element": ("point", points.element.astype(np.int32), _said("1", "element")),
     }
     for i, axis in enumerate("xy"):
-        u = load_factor * state.displacement[:, i]
-        force = load_factor**2 * state.configurational_force[:, i]
+        u = scale * state.displacement[:, i]
+        force = scale**2 * state.configurational_force[:, i]
         data[f"u_{axis}"] = _now("node", u, node | _said("mm", f"displacement along {axis}"))
         said = _said("N mm-1", f"configurational force along {axis}")
         data[f"cf_{axis}"] = _now("node", force, node | said)
@@ -112,9 +108,9 @@ def state_fields(
         "face", von_mises(face_stress), face | _said("MPa", "equivalent stress of von Mises")
     )
     said = _said("N mm-2", "strain energy per volume (N mm/mm3)")
-    energy = load_factor**2 * _on_faces(seeds.energy, grid)
+    energy = scale**2 * _on_faces(seeds.energy, grid)
     data["energy_density"] = _now("face", energy, face | said)
-    data["point_energy_density"] = _now("point", load_factor**2 * points.energy, said)
+    data["point_energy_density"] = _now("point", scale**2 * points.energy, said)
     data |= _cracks(state.body.triangulation)
 
     fields = xr.Dataset(
@@ -182,11 +178,31 @@ def _topology() -> dict[str, Any]:
     }
 
 
-def _with_sigma_zz(points: MaterialPoints, lame: Floats, plane: str) -> Floats:
+def _state_at_seeds(state: State) -> MaterialPoints:
+    """The state at the places of the first material points of a grid."""
+    grid, finite = state.grid, state.balance.finite
+    if finite and state.body.quadrature is None:
+        return state.points
+    seeds = seed(grid)
+    gradients = basis_gradients(grid.nodes, grid.elements, seeds.element, seeds.position)
+    if finite:
+        mechanics.update_elastic(state.body, seeds, gradients, state.displacement)
+    else:
+        lame = lame_constants(state.scene, grid.region_names)
+        equilibrium.update_points(
+            grid, seeds, gradients, lame, state.displacement, state.body.patches
+        )
+    return seeds
+
+
+def _with_sigma_zz(points: MaterialPoints, state: State) -> Floats:
     """sigma_xx, sigma_yy, sigma_xy, sigma_zz of points, (p, 4)."""
+    scene, names = state.scene, state.grid.region_names
     across = np.zeros(len(points))
-    if plane == "strain":
-        lam, mu = lame[points.material].T
+    if state.balance.finite:
+        across = stress_across(material_laws(scene, names), points)
+    elif scene.plane == "strain":
+        lam, mu = lame_constants(scene, names)[points.material].T
         across = lam / (2.0 * (lam + mu)) * points.stress[:, :2].sum(axis=1)
     return np.column_stack([points.stress, across])
 

@@ -15,7 +15,8 @@ from cfmpm.grid import Floats, Grid
 from cfmpm.kernels import finite
 from cfmpm.kernels.basis import basis_gradients
 from cfmpm.materials import lame_constants, material_laws
-from cfmpm.points import relocate
+from cfmpm.patches import patch_of
+from cfmpm.points import MaterialPoints, relocate
 from cfmpm.scene.model import Scene
 
 # Part of the energy that finite deformation would change, above which `auto` takes it.
@@ -131,36 +132,66 @@ def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: fl
         which it is in proportion.
     """
     grid, points, loading = body.grid, body.integration, body.loading
-    laws = material_laws(body.scene, grid.region_names)
-    at_rest = np.zeros_like(points.displacement_gradient)
     energy = np.sum(points.energy * points.volume)
     if not energy > 0.0 or level == 0.0:
         return 0.0
     factor = level
     while True:
         u = factor * balance.displacement
-        gradient, stress, _, _, det_F = finite.update_points(
-            grid.elements,
-            points.element,
-            gradients,
-            at_rest,
-            points.volume,
-            points.material,
-            laws.law,
-            laws.parameters,
-            laws.virgin_history(len(points)),
-            u,
-            laws.patch,
-        )
-        if det_F.min() > 0.0:
+        moved = replace(points)
+        if update_elastic(body, moved, gradients, u) > 0.0:
             break
         factor *= 0.5
     internal = finite.internal_force(
-        grid.elements, len(u), points.element, gradients, points.volume, gradient, stress
+        grid.elements,
+        len(u),
+        points.element,
+        gradients,
+        points.volume,
+        moved.displacement_gradient,
+        moved.stress,
     )
     unbalanced = factor * (loading.force + balance.contact_force) - internal
     work = np.sum(np.where(loading.prescribed, 0.0, unbalanced * u))
     return float(abs(work) / (2.0 * factor**2 * energy) * level / factor)
+
+
+def update_elastic(
+    body: Body, points: MaterialPoints, gradients: Floats, displacement: Floats
+) -> float:
+    """Give points the state of a finite deformation from rest, in place.
+
+    Parameters
+    ----------
+    body : Body
+        Of elastic materials.
+    points : MaterialPoints
+        Of its grid.
+    gradients : (p, k, 2) float
+        Basis gradients there [1/mm].
+    displacement : (n, 2) float
+        Of the nodes [mm].
+
+    Returns
+    -------
+    float
+        Smallest determinant of the deformation gradient; no stress where it is not positive.
+    """
+    laws = material_laws(body.scene, body.grid.region_names)
+    points.displacement_gradient, points.stress, points.energy, _, det_F = finite.update_points(
+        body.grid.elements,
+        points.element,
+        gradients,
+        np.zeros((len(points), 2, 2)),
+        points.volume,
+        points.material,
+        laws.law,
+        laws.parameters,
+        laws.virgin_history(len(points)),
+        displacement,
+        patch_of(body.patches, points),
+    )
+    return float(det_F.min())
 
 
 def _may_be_finite(scene: Scene) -> bool:
@@ -173,9 +204,9 @@ def _solve_small(body: Body, gradients: Floats, clock: Clock) -> Equilibrium:
     lame = lame_constants(body.scene, grid.region_names)
     problem = grid, points, gradients, lame, loading
     with clock("stiffness"):  # step 3
-        stiffness = equilibrium.assemble_stiffness(*problem)
+        stiffness = equilibrium.assemble_stiffness(*problem, body.patches)
     with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
-        return equilibrium.solve_linear(stiffness, *problem, body.scene.solver)
+        return equilibrium.solve_linear(stiffness, *problem, body.scene.solver, body.patches)
 
 
 def _solve_finite(
@@ -190,6 +221,7 @@ def _solve_finite(
         laws=material_laws(body.scene, body.grid.region_names),
         loading=body.loading,
         solver=body.scene.solver,
+        patches=body.patches,
     )
     if motion is not None:
         problem = replace(problem, springs=motion.springs, **updated.closed_faces(body, motion))

@@ -34,8 +34,10 @@ class Motion:
         Basis gradients there [1/mm].
     displacement : (n, 2) float
         Of the tracers when the grid was reset last [mm].
+    triangle : (n,) int
+        Of the present grid, in which each tracer lies.
     carrier : (n,) int
-        Triangle of the present grid with which each tracer moves.
+        With which it moves: the nearest one that holds material.
     base : (q, 2, 2) float
         Displacement gradient of the quadrature points when the grid was reset last.
     smoothed : (m,) bool
@@ -54,6 +56,7 @@ class Motion:
     element: Ints
     gradients: Floats
     displacement: Floats
+    triangle: Ints
     carrier: Ints
     base: Floats
     smoothed: NDArray[np.bool_]

@@ -15,8 +15,10 @@ from cfmpm.equilibrium import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsit
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels import acoustic, constitutive, finite, stretch
+from cfmpm.kernels import patches as patch_kernels
 from cfmpm.loading import Loading
 from cfmpm.materials import Laws
+from cfmpm.patches import Patches, patch_of
 from cfmpm.points import MaterialPoints
 from cfmpm.solvers import Factor
 from cfmpm.springs import Springs
@@ -56,6 +58,8 @@ class Problem:
     laws : Laws
     loading : Loading
     solver : str
+    patches : Patches or None
+        Over which the volume ratio is averaged.
     faces : Grid or None
         With the crack faces as they were closed, where `grid` has moved since.
     carried : (n, 2) float or 0
@@ -71,6 +75,7 @@ class Problem:
     laws: Laws
     loading: Loading
     solver: str = "auto"
+    patches: Patches | None = None
     faces: Grid | None = None
     carried: Floats | float = 0.0
     springs: Springs | None = None
@@ -78,7 +83,7 @@ class Problem:
     @cached_property
     def pattern(self) -> tuple[Ints, Ints]:
         """Row pointers and columns of the stiffness of the free degrees of freedom."""
-        material = sparsity(self.grid, self.loading)
+        material = sparsity(self.grid, self.loading, self.patches)
         return material if self.springs is None else self.springs.united(material, self.free)
 
     @cached_property
@@ -97,9 +102,21 @@ class Problem:
         return 0.0 if self.springs is None else self.springs.pull
 
     @cached_property
+    def patch(self) -> Ints:
+        """Patch of each point; empty where there are none."""
+        return patch_of(self.patches, self.points)
+
+    @cached_property
     def slots(self) -> Ints:
         """Where the entries of each element go in the stiffness."""
         slots: Ints = finite.entry_slots(self.grid.elements, self.loading.free, *self.pattern)
+        return slots
+
+    @cached_property
+    def patch_slots(self) -> Ints:
+        """Where the entries of each patch go in the stiffness."""
+        assert self.patches is not None
+        slots: Ints = finite.entry_slots(self.patches.nodes, self.loading.free, *self.pattern)
         return slots
 
 
@@ -269,7 +286,7 @@ class _March:
             laws.parameters,
             self._history,
             displacement,
-            laws.patch,
+            self._problem.patch,
         )
         if not det_F.min() > 0.0:
             raise SolveError(
@@ -303,8 +320,23 @@ class _March:
             laws.parameters,
             self._history,
             state.displacement_gradient,
-            laws.patch,
+            self._problem.patch,
         )
+        if self._problem.patches is not None:
+            data += patch_kernels.coupling(
+                self._problem.patch_slots,
+                len(indices),
+                self._problem.patches.nodes,
+                self._problem.grid.elements,
+                points.element,
+                self._problem.gradients,
+                points.volume,
+                points.material,
+                laws.law,
+                laws.parameters,
+                state.displacement_gradient,
+                self._problem.patch,
+            )
         data = data + self._problem.spring_entries
         stiffness = csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
         if self._factor is None:
@@ -438,7 +470,7 @@ class _March:
             laws.parameters,
             self._history,
             state.displacement_gradient,
-            laws.patch,
+            self._problem.patch,
         )
         return int(np.count_nonzero(~(lowest > 0.0)))
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from cfmpm.grid import Grid, Ints
 from cfmpm.kernels import patches as kernels
+from cfmpm.points import MaterialPoints
 
 
 @dataclass(frozen=True)
@@ -55,3 +56,8 @@ def build_patches(grid: Grid) -> Patches:
     count = np.diff(start)
     column = np.minimum(np.arange(count.max()), count[:, None] - 1)
     return Patches(of_triangle, node[start[:-1, None] + column])
+
+
+def patch_of(patches: Patches | None, points: MaterialPoints) -> Ints:
+    """Return the patch of each point, (p,); empty where there are none."""
+    return np.empty(0, np.int64) if patches is None else patches.of_triangle[points.element]

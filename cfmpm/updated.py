@@ -27,6 +27,7 @@ from cfmpm.materials import region_materials
 from cfmpm.meshing import mesh_size
 from cfmpm.meshing.margin import surround
 from cfmpm.motion import Motion, interpolate, nearest_filled
+from cfmpm.patches import build_patches
 from cfmpm.points import MaterialPoints, locate, relocate
 from cfmpm.springs import Springs, ghost, join, supports
 
@@ -66,6 +67,7 @@ def begin(body: Body) -> Body:
         element=points.element,
         gradients=basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
         displacement=np.zeros_like(grid.nodes),
+        triangle=_a_triangle_of_each(grid),
         carrier=_a_triangle_of_each(grid),
         base=np.zeros((len(points), 2, 2)),
         smoothed=np.zeros(len(grid.nodes), bool),
@@ -74,7 +76,9 @@ def begin(body: Body) -> Body:
         fill=1.0,
     )
     if body.scene.updated.grid == "fixed":
-        body = replace(body, grid=_with_margin(body))
+        grid = _with_margin(body)
+        patches = None if body.patches is None else build_patches(grid)
+        body = replace(body, grid=grid, patches=patches)
     return _loaded(body, motion)
 
 
@@ -295,6 +299,39 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
     )
 
 
+def restore(
+    body: Body,
+    nodes: Floats,
+    points: MaterialPoints,
+    quadrature: pieces.Quadrature | None,
+    kept: dict[str, Any],
+) -> Body:
+    """Bring a body just begun to where it had come.
+
+    Parameters
+    ----------
+    body : Body
+        From `begin`.
+    nodes : (m, 2) float
+        Of the grid when it was reset last [mm].
+    points : MaterialPoints
+    quadrature : pieces.Quadrature or None
+    kept : dict
+        Fields of `Motion`: `displacement`, `triangle`, `base`, `smoothed` and `resets`.
+
+    Returns
+    -------
+    Body
+    """
+    motion = body.motion
+    assert motion is not None
+    rows = points if quadrature is None else _with_state(quadrature, points)
+    rows.displacement_gradient = kept["base"]
+    grid = replace(body.grid, nodes=nodes)
+    body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
+    return _loaded(body, replace(motion, **kept))
+
+
 def _is_fixed(body: Body) -> bool:
     return body.scene.updated.grid == "fixed"
 
@@ -434,18 +471,18 @@ def _loaded(body: Body, motion: Motion) -> Body:
     fill = area / grid.areas
     loading = motion.loading
     force = loading.force - loading.own_weight
+    place = motion.triangle.copy()
+    astray = np.flatnonzero(motion.smoothed) if not _is_fixed(body) else np.arange(len(place))
+    if motion.resets and astray.size:
+        place[astray] = locate(grid, motion.tracers[astray], place[astray])
+        if (place < 0).any():
+            x, y = motion.tracers[np.argmin(place)]
+            raise SolveError(
+                f"the body has left the grid at ({x:.6g}, {y:.6g}) mm; make updated.margin larger"
+            )
+    # Beyond the last triangle with material the field of that goes on.
+    motion = replace(motion, triangle=place, carrier=nearest_filled(grid, filled)[place])
     if _is_fixed(body):
-        carrier = motion.carrier
-        if motion.resets:
-            carrier = locate(grid, motion.tracers, carrier)
-            if (carrier < 0).any():
-                x, y = motion.tracers[np.argmin(carrier)]
-                raise SolveError(
-                    f"the body has left the grid at ({x:.6g}, {y:.6g}) mm; make updated.margin "
-                    "larger"
-                )
-        # Beyond the last triangle with material the field of that goes on.
-        motion = replace(motion, carrier=nearest_filled(grid, filled)[carrier])
         force = _spread(grid, motion, force)
         nothing = np.zeros_like(grid.nodes)
         loading = replace(
@@ -454,11 +491,6 @@ def _loaded(body: Body, motion: Motion) -> Body:
             displacement=nothing,
             boundaries={},
         )
-    elif motion.smoothed.any():
-        carrier = motion.carrier.copy()
-        lost = np.flatnonzero(motion.smoothed)
-        carrier[lost] = locate(grid, motion.tracers[lost], carrier[lost])
-        motion = replace(motion, carrier=carrier)
     motion = replace(motion, springs=_springs(body, motion, fill))
     own_weight = np.zeros_like(force)
     if loading.body_force.any():

@@ -247,7 +247,7 @@ def stiffness(
 
     K_aibk = sum_p V_p (g_a,j c_ijkl g_b,l + delta_ik g_a,j tau_jl g_b,l) with the spatial
     gradient g = F^-T dS/dX (paper eqs 9 to 12 with misprints put right; de Souza Neto, Peric and
-    Owen 2008, section 4.3). Patches add the coupling of their points on top.
+    Owen 2008, section 4.3). With patches `patches.coupling` is to be added.
 
     Parameters
     ----------

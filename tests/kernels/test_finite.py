@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,8 @@ from scipy.sparse import csr_array
 from structured import rectangle
 
 from cfmpm.grid import Grid, build_grid
-from cfmpm.kernels import assembly, basis, constitutive, eshelby, finite, laws
+from cfmpm.kernels import assembly, basis, constitutive, eshelby, finite, laws, patches
+from cfmpm.patches import build_patches
 from cfmpm.points import MaterialPoints, seed
 
 PARAMETERS = np.array([[1.2e5, 8e4, 300.0, 1e3], [6e4, 3e4, 100.0, 0.0]])
@@ -22,7 +23,7 @@ ROTATION = np.array([[np.cos(ANGLE), -np.sin(ANGLE)], [np.sin(ANGLE), np.cos(ANG
 
 @dataclass
 class Body:
-    """A grid with points, of one law and two materials."""
+    """A grid with points, of two materials; `macro` are the elements of the stiffness."""
 
     grid: Grid
     points: MaterialPoints
@@ -30,6 +31,8 @@ class Body:
     base: np.ndarray
     history: np.ndarray
     gradients: np.ndarray
+    patch: np.ndarray
+    macro: np.ndarray
 
     @property
     def n(self):
@@ -48,7 +51,7 @@ class Body:
             PARAMETERS,
             self.history,
             np.ascontiguousarray(u),
-            ALONE,
+            self.patch,
         )
 
     def energy(self, u):
@@ -74,28 +77,26 @@ class Body:
     def stiffness(self, u, free=None):
         if free is None:
             free = np.arange(2 * self.n).reshape(-1, 2)
-        indptr, indices = assembly.sparsity(self.grid.elements, free)
-        points = self.points
-        data = finite.stiffness(
-            finite.entry_slots(self.grid.elements, free, indptr, indices),
-            len(indices),
-            points.element,
-            self.gradients,
-            points.volume,
-            points.material,
-            self.law,
-            PARAMETERS,
-            self.history,
-            self.update(u)[0],
-            ALONE,
-        )
+        indptr, indices = assembly.sparsity(self.macro, free)
+        points, H = self.points, self.update(u)[0]
+        shared = points.element, self.gradients, points.volume, points.material
+        shared += self.law, PARAMETERS
+        slots = finite.entry_slots(self.grid.elements, free, indptr, indices)
+        data = finite.stiffness(slots, len(indices), *shared, self.history, H, self.patch)
+        if len(self.patch):
+            slots = finite.entry_slots(self.macro, free, indptr, indices)
+            data += patches.coupling(
+                slots, len(indices), self.macro, self.grid.elements, *shared, H, self.patch
+            )
         return csr_array((data, indices, indptr)).toarray()
 
 
-def body(law, element="T3", grid=None):
-    grid = grid or build_grid(rectangle(4, 3, 4.0, 3.0, shake=0.4, seed=1), element)
+def body(law, element="T3", *, patched=False):
+    grid = build_grid(rectangle(4, 3, 4.0, 3.0, shake=0.4, seed=1), element)
+    grid = replace(grid, regions=np.arange(len(grid.elements)) // 10)
     points = seed(grid)
-    points.material = np.arange(len(points)) % 2
+    points.material = points.material % 2
+    joined = build_patches(grid)
     return Body(
         grid,
         points,
@@ -103,7 +104,17 @@ def body(law, element="T3", grid=None):
         np.zeros((len(points), 2, 2)),
         np.zeros((len(points), 6 if law == laws.J2 else 0)),
         basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+        joined.of_triangle[points.element] if patched else ALONE,
+        joined.nodes if patched else grid.elements,
     )
+
+
+def moved_to(model, nodes):
+    """The same points in the triangles of a grid with other nodes."""
+    grid = replace(model.grid, nodes=nodes)
+    points = replace(seed(grid), material=model.points.material)
+    gradients = basis.basis_gradients(nodes, grid.elements, points.element, points.position)
+    return replace(model, grid=grid, points=points, gradients=gradients)
 
 
 def displacement(grid, size, seed=0):
@@ -114,8 +125,9 @@ def displacement(grid, size, seed=0):
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("element", ["T3", "T6"])
-def test_force_and_stiffness_are_derivatives_of_the_energy(law, element):
-    model = body(law, element)
+@pytest.mark.parametrize("patched", [False, True])
+def test_force_and_stiffness_are_derivatives_of_the_energy(law, element, patched):
+    model = body(law, element, patched=patched)
     u = displacement(model.grid, 1.0)
     if law == laws.J2:
         # From a plastic state.
@@ -152,9 +164,10 @@ def test_prescribed_degrees_of_freedom_are_left_out():
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("element", ["T3", "T6"])
-def test_configurational_force_is_the_derivative_by_the_reference_position(law, element):
+@pytest.mark.parametrize("patched", [False, True])
+def test_configurational_force_is_the_derivative_by_the_reference_position(law, element, patched):
     """CF_I = - d E / d X_I with the displacement of the nodes held."""
-    model = body(law, element)
+    model = body(law, element, patched=patched)
     nodes = model.grid.nodes
     u = displacement(model.grid, 1.0)
     reference = model.configurational_force(u)
@@ -166,8 +179,7 @@ def test_configurational_force_is_the_derivative_by_the_reference_position(law, 
         nodes_now[:corners] = moved
         for e in model.grid.elements if element == "T6" else []:
             nodes_now[e[3:]] = 0.5 * (nodes_now[e[:3]] + nodes_now[np.roll(e[:3], -1)])
-        grid = Grid(**{**vars(model.grid), "nodes": nodes_now})
-        return body(law, element, grid).energy(u)
+        return moved_to(model, nodes_now).energy(u)
 
     expected = np.zeros((corners, 2))
     for i, j in np.ndindex(corners, 2):
@@ -253,7 +265,7 @@ def test_reset_grid_gives_what_one_step_from_the_reference_gives(law, element):
             atol=1e-12 * abs(in_space).max(),
         )
     pulled = np.einsum("paj,pji->pai", in_space, np.eye(2) + base)
-    updated = Body(total.grid, total.points, total.law, base, total.history, pulled)
+    updated = replace(total, base=base, gradients=pulled)
     for ours, reference in zip(updated.update(u - half), total.update(u), strict=True):
         scale = max(abs(reference).max(initial=0), 1.0)
         np.testing.assert_allclose(ours, reference, atol=1e-12 * scale)
@@ -331,3 +343,68 @@ def test_force_of_the_plastic_work():
     stored = finite.configurational_force(*model.where, H, stress, energy)
     dissipated = finite.configurational_force(*model.where, H, np.zeros_like(stress), work)
     np.testing.assert_allclose(both, stored + dissipated, atol=1e-12 * abs(both).max())
+
+
+def test_elastic_points_beside_plastic_ones():
+    """Each as if alone; elastic ones keep no history."""
+    model = body(laws.J2, "T6")
+    u = displacement(model.grid, 1.0)
+    plastic, elastic = model.update(u), body(laws.HENCKY, "T6").update(u)
+    model.law = np.array([laws.J2, laws.HENCKY])
+    second = model.points.material == 1
+    for k, ours in enumerate(model.update(u)):
+        np.testing.assert_array_equal(ours[~second], plastic[k][~second])
+        if k != 3:
+            np.testing.assert_array_equal(ours[second], elastic[k][second])
+    assert not model.update(u)[3][second].any()
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_patches_do_nothing_to_a_uniform_field(law):
+    alone, patched = body(law), body(law, patched=True)
+    u = alone.grid.nodes @ np.array([[0.3, 0.2], [-0.1, -0.1]])
+    for ours, reference in zip(patched.update(u), alone.update(u), strict=True):
+        scale = abs(reference).max(initial=0)
+        np.testing.assert_allclose(ours, reference, atol=1e-12 * scale)
+    np.testing.assert_allclose(patched.force(u), alone.force(u), atol=1e-12 * PARAMETERS.max())
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_patches_at_small_strain_are_the_limit(element):
+    model = body(laws.HENCKY, element, patched=True)
+    size = 1e-9
+    near = 1e-12 + 20 * size
+    u = displacement(model.grid, size)
+    points, elements = model.points, model.grid.elements
+    lame = PARAMETERS[:, :2].copy()
+    without = lame * [0.0, 1.0]
+    H, stress, energy = constitutive.linear_elastic(
+        elements, points.element, model.gradients, points.material, without, u
+    )
+    pressure, stored = patches.mean_pressure(points.volume, points.material, lame, H, model.patch)
+    stress[:, :2] += pressure[:, None]
+    _, ours, our_energy, *_ = model.update(u)
+    np.testing.assert_allclose(ours, stress, atol=near * abs(stress).max())
+    np.testing.assert_allclose(our_energy, energy + stored, atol=near * abs(energy).max())
+    free = np.arange(2 * model.n).reshape(-1, 2)
+    indptr, indices = assembly.sparsity(model.macro, free)
+    shared = points.element, model.gradients, points.volume, points.material
+    data = assembly.stiffness(elements, free, indptr, indices, *shared, without)
+    data += patches.coupling(
+        finite.entry_slots(model.macro, free, indptr, indices),
+        len(indices),
+        model.macro,
+        elements,
+        *shared,
+        model.law,
+        PARAMETERS,
+        np.zeros_like(H),
+        model.patch,
+    )
+    K = csr_array((data, indices, indptr)).toarray()
+    np.testing.assert_allclose(model.stiffness(u), K, atol=near * abs(K).max())
+    # Linear: force is stiffness times displacement, and half their product the energy.
+    force = assembly.internal_force(*model.where, stress)
+    np.testing.assert_allclose((K @ u.ravel()).reshape(-1, 2), force, atol=1e-12 * abs(force).max())
+    total = np.sum((energy + stored) * points.volume)
+    np.testing.assert_allclose(0.5 * np.sum(force * u), total, rtol=1e-11)

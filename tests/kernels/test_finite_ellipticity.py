@@ -139,3 +139,17 @@ def test_yielding_lowers_it():
     assert state[4] > 0
     assert ellipticity(laws.J2, F, parameters=(LAM, MU, 300.0, 0.0))[0] < 0.02
     assert ellipticity(laws.HENCKY, F)[0] > 0.9
+
+
+@pytest.mark.parametrize("law", ELASTIC)
+def test_with_patches_the_pressure_is_that_of_the_mean(law):
+    F = np.array([1.8 * EYE, np.diag([1.5, 0.9])])
+    J = np.linalg.det(F)
+    mean = J.mean() - 1.0
+    bulk = laws.volumetric(law, LAM, mean)[2]
+    expected = []
+    for f, j in zip(F, J, strict=True):
+        G = np.linalg.inv(f)
+        own = bulk * j * j * np.einsum("Ji,Lk->iJkL", G, G)
+        expected.append(by_search(tangent(law, f - EYE, mean=mean) + own))
+    np.testing.assert_allclose(ellipticity(law, F, patch=np.array([0, 0])), expected, atol=1e-7)

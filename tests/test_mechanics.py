@@ -1,0 +1,106 @@
+"""Which kinematics a scene gets, and what that leaves out."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import cfmpm
+from cfmpm import mechanics
+from cfmpm.scene.reading import scene_from_dict
+
+PLATE = {
+    "name": "plate",
+    "family": {
+        "kind": "single_edge",
+        "width": 50,
+        "height": 80,
+        "crack_length": 12,
+        "traction": 1,
+    },
+    "material": {"E": 1e4, "nu": 0.3, "law": "ciarlet"},
+    "mesh": {"element": "T3", "size": 8},
+}
+
+
+def plate(**changes):
+    return scene_from_dict({**PLATE, **changes})
+
+
+def pulled(traction, **changes):
+    return plate(family={**PLATE["family"], "traction": traction}, **changes)
+
+
+def test_levels():
+    assert mechanics.load_levels(plate()) == [1.0]
+    assert mechanics.load_levels(plate(load_steps=4)) == [0.25, 0.5, 0.75, 1.0]
+    assert mechanics.load_levels(plate(load_steps=[1, -1])) == [1.0, -1.0]
+
+
+class TestAuto:
+    def test_keeps_small_strain_where_the_rest_is_negligible(self):
+        auto, small = (cfmpm.run(pulled(1, kinematics=k)).history for k in ("auto", "small"))
+        assert float(auto.substeps[0]) == 0
+        assert 0 < float(auto.finite_effect[0]) < 1e-3
+        assert np.isnan(small.finite_effect[0])
+        for name in ("J", "K_I", "cf_x", "strain_energy", "reaction_y"):
+            assert float(auto[name].values.flat[0]) == float(small[name].values.flat[0])
+
+    def test_takes_finite_deformation_where_it_is_not(self):
+        auto, finite = (cfmpm.run(pulled(300, kinematics=k)).history for k in ("auto", "finite"))
+        assert float(auto.substeps[0]) > 0
+        assert float(auto.J[0, 0]) == float(finite.J[0, 0])
+
+    def test_the_estimate_is_of_the_size_of_the_effect(self):
+        small = cfmpm.run(pulled(20)).history
+        finite = cfmpm.run(pulled(20, kinematics="finite")).history
+        # Under a dead load the change of the energy is its part of second order.
+        change = abs(float(finite.strain_energy[0] / small.strain_energy[0]) - 1)
+        assert 0.2 < float(small.finite_effect[0]) / change < 5
+
+    def test_grows_in_proportion_to_the_load(self):
+        effects = [float(cfmpm.run(pulled(t)).history.finite_effect[0]) for t in (1, 2)]
+        assert effects[1] == pytest.approx(2 * effects[0], rel=0.02)
+
+    def test_points_inside_out_are_estimated_from_less(self):
+        result = cfmpm.run(pulled(5e4, plane="stress"))
+        effect = float(result.history.finite_effect[0])
+        assert np.isfinite(effect)
+        assert effect > 1
+        assert "finite deformation, left out" in result.history.attrs["warnings"]
+
+    def test_growth_stays_small_and_says_so(self):
+        grown = cfmpm.run(
+            pulled(
+                300,
+                material={"E": 1e4, "nu": 0.3, "g_c": 200.0},
+                growth={"increments": 1},
+            )
+        )
+        assert float(grown.history.substeps[0]) == 0
+        assert "finite deformation, left out" in grown.history.attrs["warnings"]
+
+
+def test_small_strain_is_solved_once_for_all_load_steps(monkeypatch):
+    calls = []
+    solve = mechanics.equilibrium.solve_linear
+    monkeypatch.setattr(
+        mechanics.equilibrium, "solve_linear", lambda *a, **k: calls.append(1) or solve(*a, **k)
+    )
+    steps = cfmpm.run(plate(load_steps=[0.5, 0.0, 2.0])).history
+    assert len(calls) == 1
+    for i, factor in enumerate((0.5, 0.0, 2.0)):
+        np.testing.assert_allclose(steps.J[i], factor**2 * steps.J[2] / 4, rtol=1e-14)
+        np.testing.assert_allclose(steps.K_I[i], factor * steps.K_I[2] / 2, rtol=1e-14)
+        np.testing.assert_allclose(
+            steps.external_work[i], steps.strain_energy[i], rtol=1e-12, atol=1e-15
+        )
+
+
+def test_what_was_left_out_is_said():
+    finite = cfmpm.run(plate(kinematics="finite")).history
+    assert "K_I, K_II, T" in finite.attrs["left_out"]
+    assert "Newton" in " ".join(json.loads(cfmpm.run(plate()).history.attrs["left_out"]))
+    assert "finite deformation" in finite.attrs["formulation"]
