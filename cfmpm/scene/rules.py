@@ -172,6 +172,8 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
     if scene.growth is not None:
         yield "formulation", "updated does not go with growth; cracks grow under total"
     if scene.mesh.element != "T3":
+        if scene.updated.ghost:
+            yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"
         for key, needing in (("grid", "following"), ("integration", "domains")):
             if getattr(scene.updated, key) == needing:
                 yield (
