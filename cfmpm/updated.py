@@ -283,6 +283,8 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
             rows = _with_state(quadrature, points)
         elif quadrature is None:
             points = rows
+        else:
+            quadrature = replace(quadrature, position=rows.position)
     rows.element = relocate(grid, rows)
     body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
     motion = replace(motion, base=rows.displacement_gradient)
