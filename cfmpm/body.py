@@ -15,6 +15,7 @@ from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.materials import locks
 from cfmpm.meshing import triangulate
+from cfmpm.motion import Motion
 from cfmpm.patches import Patches, build_patches
 from cfmpm.points import MaterialPoints, relocate, seed
 from cfmpm.scene import Scene, expand
@@ -65,6 +66,8 @@ class Body:
         Largest angle between a segment just released and the direction asked for [deg].
     empty_elements, floating_nodes : int
         Triangles without a quadrature point and nodes that only these touch, which are held.
+    motion : Motion or None
+        From the reference configuration, where the grid is reset; None where all is in that.
     """
 
     scene: Scene
@@ -81,6 +84,7 @@ class Body:
     deviation: float = 0.0
     empty_elements: int = 0
     floating_nodes: int = 0
+    motion: Motion | None = None
 
 
 def build(scene: Scene) -> Body:
@@ -139,7 +143,7 @@ def compose(
     UnheldError
         Where the loads drive a part away.
     """
-    integration = points if quadrature is None else _as_points(quadrature)
+    integration = points if quadrature is None else pieces.as_points(quadrature)
     floating, empty = _without_points(grid, integration.element)
     return Body(
         scene=scene,
@@ -247,20 +251,6 @@ def _tip_domains(scene: Scene, grid: Grid) -> tuple[Domains, ...]:
     growing = scene.growth is not None
     return tuple(
         choose_domains(grid, tip, scene.fracture.radii, growing=growing) for tip in grid.tips
-    )
-
-
-def _as_points(quadrature: pieces.Quadrature) -> MaterialPoints:
-    """Quadrature points in the form that sums over points take."""
-    n = len(quadrature)
-    return MaterialPoints(
-        position=quadrature.position,
-        volume=quadrature.volume,
-        element=quadrature.element,
-        material=quadrature.material,
-        displacement_gradient=np.zeros((n, 2, 2)),
-        stress=np.zeros((n, 3)),
-        energy=np.zeros(n),
     )
 
 
