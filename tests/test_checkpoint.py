@@ -274,11 +274,11 @@ def test_a_run_that_fails_at_once_leaves_nothing(
 
 def test_what_has_ended_is_left_alone(scene_file: Path) -> None:
     call("run", scene_file)
-    before = Path("results/small/history.nc").stat()
+    before = Path("results/small/history.nc").stat().st_mtime_ns
     result = call("resume", "results/small")
     assert result.exit_code == 0
     assert "nothing to do, the run has ended; increments: 8" in result.stdout
-    assert Path("results/small/history.nc").stat() == before
+    assert Path("results/small/history.nc").stat().st_mtime_ns == before
 
 
 def test_a_changed_scene_is_refused(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
