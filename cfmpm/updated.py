@@ -37,6 +37,8 @@ SWEEPS = 10
 MARGIN = 0.05
 # Stiffness of a support in which the grid moves, over the largest modulus of the material.
 STIFFNESS = 1e4
+# Part of a particle domain that may lie outside the grid: round-off.
+LOST = 1e-6
 # Part of a triangle that material fills below which it is stabilised (design study).
 LITTLE = 0.6
 
@@ -437,6 +439,16 @@ def _clipped(
         owners,
     )
     found = np.bincount(owner, area, len(points))
+    ux, uy, vx, vy = domains.vertices.reshape(-1, 3, 2)[:, 1:].reshape(-1, 4).T
+    whole_area = 0.5 * (ux * vy - uy * vx)
+    lost = np.flatnonzero(~(found >= (1.0 - LOST) * whole_area) | ~(whole_area > 0.0))
+    lost = np.intersect1d(lost, owners)
+    if lost.size:
+        x, y = points.position[lost[0]]
+        raise SolveError(
+            f"{lost.size} particle domains have turned over or left the grid, the first at "
+            f"({x:.6g}, {y:.6g}) mm; make updated.margin larger, or take updated.grid: following"
+        )
     volume = points.volume[owner] * area / found[owner]
     kept = np.flatnonzero(whole)
     order = np.argsort(np.concatenate([kept, element]), kind="stable")
