@@ -1,7 +1,7 @@
 """Crack growth by configurational force in the material point method.
 
-``load_scene(path)`` reads a scene, ``run(scene)`` solves it. Both are imported on first use, so
-that ``import cfmpm`` costs nothing.
+``load_scene(path)`` reads a scene, ``run(scene)`` solves it, ``open_history(path)`` reads what a
+run has written. They are imported on first use, so that ``import cfmpm`` costs nothing.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cfmpm.accessor import open_history
     from cfmpm.errors import MeshError, SceneError, SolveError
     from cfmpm.scene import Scene, load_scene, scene_from_dict
     from cfmpm.simulation import Result, run
@@ -23,11 +24,13 @@ __all__ = [
     "SolveError",
     "__version__",
     "load_scene",
+    "open_history",
     "run",
     "scene_from_dict",
 ]
 
 _HOME = {
+    "open_history": "cfmpm.accessor",
     "Scene": "cfmpm.scene",
     "load_scene": "cfmpm.scene",
     "scene_from_dict": "cfmpm.scene",

@@ -143,7 +143,7 @@ def compose(
     UnheldError
         Where the loads drive a part away.
     """
-    integration = points if quadrature is None else _as_points(quadrature)
+    integration = points if quadrature is None else pieces.as_points(quadrature)
     floating, empty = _without_points(grid, integration.element)
     return Body(
         scene=scene,
@@ -251,20 +251,6 @@ def _tip_domains(scene: Scene, grid: Grid) -> tuple[Domains, ...]:
     growing = scene.growth is not None
     return tuple(
         choose_domains(grid, tip, scene.fracture.radii, growing=growing) for tip in grid.tips
-    )
-
-
-def _as_points(quadrature: pieces.Quadrature) -> MaterialPoints:
-    """Quadrature points in the form that sums over points take."""
-    n = len(quadrature)
-    return MaterialPoints(
-        position=quadrature.position,
-        volume=quadrature.volume,
-        element=quadrature.element,
-        material=quadrature.material,
-        displacement_gradient=np.zeros((n, 2, 2)),
-        stress=np.zeros((n, 3)),
-        energy=np.zeros(n),
     )
 
 

@@ -1,4 +1,4 @@
-"""The command line: run, resume, check, plot, export, schema.
+"""The command line: run, resume, check, plot, export, study, schema.
 
 All that is heavy (numba, gmsh, xarray, matplotlib) is imported within the commands, so that
 ``cfmpm --help`` answers at once and a run without pictures never loads matplotlib.
@@ -6,7 +6,6 @@ All that is heavy (numba, gmsh, xarray, matplotlib) is imported within the comma
 
 from __future__ import annotations
 
-import json
 import logging
 import signal
 import sys
@@ -23,11 +22,10 @@ from cfmpm import __version__
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from cfmpm.record import Record
     from cfmpm.scene import Scene
     from cfmpm.simulation import Start, State
+    from cfmpm.study.member import Outcome
 
     Announce = Callable[[str], None]
     Observe = Callable[[State, Record], None]
@@ -142,13 +140,14 @@ def resume(
 
     Example: cfmpm resume results/plate_with_holes
     """
+    from cfmpm.accessor import open_history
     from cfmpm.checkpoint import changed_keys, read_checkpoint
     from cfmpm.keeper import CHECKPOINT, HISTORY, UNFINISHED
     from cfmpm.scene import load_scene
 
     checkpoint = result / CHECKPOINT
     if not checkpoint.exists():
-        ending = str(_read_result(result / HISTORY, "domain_radius").attrs["ending"])
+        ending = str(open_history(result / HISTORY).attrs["ending"])
         if ending.startswith(UNFINISHED):
             reason = "is not there: nothing to go on from; run the scene again"
             raise SceneError([Problem(reason, file=str(checkpoint))])
@@ -251,9 +250,11 @@ def plot(
         typer.Option(metavar="DIR", help="folder to write to; default: that of the result"),
     ] = None,
 ) -> None:
-    """Draw a result: scene.png, deformed.png and cf_<tip>.png for each tip.
+    """Draw a result: scene.png, deformed.png, and for each tip mesh_<tip>.png, cf_<tip>.png.
 
-    Of growth also paths.png, force_<part>_<axis>.png and, with output.every, growth.gif.
+    With several domain radii also radii_<tip>.png. Of growth paths.png, cf.png, factors.png,
+    angles.png, energy.png; where the load changes load.png and force_<part>_<axis>.png; and, with
+    output.every, growth.gif.
 
     Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
     cracks grew, deformed.png and cf_<tip>.png are then left out.
@@ -261,17 +262,17 @@ def plot(
     Example: cfmpm plot results/single_edge_crack
     """
     from cfmpm import body, simulation
+    from cfmpm.accessor import History, open_history, read_result
     from cfmpm.fields import build_fields
     from cfmpm.plotting import animate_growth, files
-    from cfmpm.scene import scene_from_dict
     from cfmpm.series import INDEX
 
     source = result / "history.nc" if result.is_dir() else result
-    history = _read_result(source, "domain_radius")
-    scene = scene_from_dict(_stored_config(history, source), f"{source}: config")
+    history = open_history(source)
+    scene = History(history).scene
     folder = output or source.parent
     fields_file = source.parent / "fields.nc"
-    fields = _read_result(fields_file, "face_nodes") if fields_file.exists() else None
+    fields = read_result(fields_file, "face_nodes") if fields_file.exists() else None
     if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
         typer.echo(f"{fields_file} belongs to another run: not used", err=True)
         fields = None
@@ -284,8 +285,9 @@ def plot(
 
     radii = [max(domain.radii) for domain in state.tip_domains]
     written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
+    written += files.save_tip_points(folder, state) + files.save_radii(folder, history)
     if scene.growth is not None:
-        written += files.save_growth(folder, history, scene)
+        written += files.save_growth(folder, history, state.scene, state.grid)
         if (source.parent / INDEX).exists():
             written.append(animate_growth(source.parent, folder / "growth.gif"))
     if fields is None:
@@ -322,6 +324,59 @@ def export(
         _fail(f"cfmpm: {error}", WRONG_INPUT)
     for path in written:
         typer.echo(path)
+
+
+@app.command(short_help="Solve a scene for many values of its keys.")
+def study(
+    study_file: Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="the study")],
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="processes, each on one thread; default: one for each core"),
+    ] = None,
+    check_: Annotated[bool, typer.Option("--check", help="list the members; solve none")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="folder to write to; default: results/<name of study>"),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Solve a scene for many values of its keys; write one dataset, study.nc.
+
+    Nothing runs before the scene of every member has been checked. Members that fail are marked in
+    the dataset. What has been solved is kept in the folder members and not solved again, after a
+    kill, too: the same command goes on.
+
+    Example: cfmpm study configs/studies/crack_length.yaml
+    """
+    from cfmpm.results import write_dataset
+    from cfmpm.study import summary
+    from cfmpm.study.collecting import collect
+    from cfmpm.study.reading import load_study
+    from cfmpm.study.running import run_members, usable_cores
+    from cfmpm.study.store import DATASET, MEMBERS, Store
+
+    plan = load_study(study_file)
+    if check_:
+        typer.echo(summary.of_plan(plan))
+        return
+    folder = output or Path("results") / plan.study.name
+    keys = {one.key for one in plan.members}
+    store = Store(folder / MEMBERS)
+    outcomes = store.read(keys)
+    known = len(outcomes)
+    try:
+        with _counted(len(keys), known, visible=not quiet) as count, _terminated_as_interrupted():
+            run_members(plan.members, outcomes, store, workers or usable_cores(), count)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"{len(outcomes)} of {len(keys)} members are kept; the same command goes on", err=True
+        )
+        raise
+    write_dataset(collect(plan, outcomes), folder / DATASET)
+    if not quiet:
+        typer.echo(summary.of_study(plan, outcomes, known, folder / DATASET))
+    if all(one.reason for one in outcomes.values()):
+        _fail(f"cfmpm: every member of {plan.study.name} failed", FAILED)
 
 
 @app.command()
@@ -409,6 +464,27 @@ def _progress(scene: Scene, *, visible: bool) -> Iterator[tuple[Announce, Observ
 
 
 @contextmanager
+def _counted(total: int, known: int, *, visible: bool) -> Iterator[Callable[[Outcome], None]]:
+    """A function that counts members as they come; on a terminal as a bar, else in the log."""
+    if not (visible and sys.stderr.isatty()):
+        yield lambda outcome: log.info("member %s: %s", outcome.key, outcome.reason or "done")
+        return
+    from tqdm import tqdm
+
+    failed = 0
+    with tqdm(total=total, initial=known, leave=False, unit="member") as bar:
+
+        def count(outcome: Outcome) -> None:
+            nonlocal failed
+            failed += bool(outcome.reason)
+            if failed:
+                bar.set_postfix_str(f"{failed} failed", refresh=False)
+            bar.update()
+
+        yield count
+
+
+@contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
     """Let a request to end (SIGTERM) do what Ctrl-C does, as long as the ``with`` block runs."""
 
@@ -451,29 +527,3 @@ def _step_text(record: Record) -> str:
         f"increment {len(record.steps) - 1}, crack length {lengths} mm, "
         f"load factor {step.load_factor:.4g}"
     )
-
-
-def _read_result(path: Path, variable: str) -> xr.Dataset:
-    """Read a dataset of cfmpm that has a variable; SceneError where it is none."""
-    import xarray as xr
-
-    if not path.is_file():
-        raise SceneError([Problem("no such result; cfmpm run makes one", file=str(path))])
-    try:
-        dataset = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError) as error:
-        reason = f"cannot be read as netCDF: {getattr(error, 'strerror', None) or error}"
-        raise SceneError([Problem(reason, file=str(path))]) from None
-    if variable not in dataset or not {"config", "config_hash"} <= dataset.attrs.keys():
-        reason = "is not what cfmpm run writes; plot takes its folder, or its history.nc"
-        raise SceneError([Problem(reason, file=str(path))])
-    return dataset
-
-
-def _stored_config(history: xr.Dataset, path: Path) -> dict[str, Any]:
-    """The scene as plain data, from the attributes of a history."""
-    try:
-        config: dict[str, Any] = json.loads(history.attrs["config"])
-    except ValueError:
-        raise SceneError([Problem("its attribute config is damaged", file=str(path))]) from None
-    return config

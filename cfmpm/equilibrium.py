@@ -240,7 +240,7 @@ def solve_linear(
     displacement[free] += solution.x
     apart = displacement
     contact = close_faces(grid, loading.prescribed, apart, factor)
-    displacement = contact.displacement
+    displacement = loading.at_rest(contact.displacement)
     update_points(grid, points, gradients, lame, displacement, patches)
     force = internal_force(grid, points, gradients)
     # A rigid motion ends without force: what had to be balanced on the way sets the scale.

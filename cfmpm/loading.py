@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +69,11 @@ class Loading:
         Number of rigid motions that the program itself holds.
     warnings : tuple of str
         Loads that do nothing but press on a support.
+    loose : (m, n, 2) float
+        Rigid motions of the whole body that no support holds, scaled such that
+        ``(node_area * motion_i * motion_j).sum()`` is 1 for i = j, else 0.
+    node_area : (n, 1) float
+        A third of the triangles around each of their corners [mm^2].
     """
 
     prescribed: NDArray[np.bool_]
@@ -79,12 +84,30 @@ class Loading:
     boundaries: dict[str, Boundary]
     held: int
     warnings: tuple[str, ...] = ()
+    loose: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
+    node_area: Floats = field(default_factory=lambda: np.ones((1, 1)))
 
     @property
     def free(self) -> Ints:
         """Number of each free degree of freedom, -1 where prescribed; (n, 2)."""
         open_ = ~self.prescribed
         return np.where(open_, np.cumsum(open_).reshape(open_.shape) - 1, -1)
+
+    def at_rest(self, displacement: Floats) -> Floats:
+        """Take the rigid motions that no support holds out of a displacement.
+
+        Parameters
+        ----------
+        displacement : (n, 2) float
+            With those motions held at some nodes or other, which differ from grid to grid.
+
+        Returns
+        -------
+        (n, 2) float
+            Whose mean over the body along these motions is zero [mm].
+        """
+        share = (self.loose * (self.node_area * displacement)).sum(axis=(1, 2))
+        return displacement - (share[:, None, None] * self.loose).sum(axis=0)
 
 
 def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
@@ -178,9 +201,21 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
         for i, segments in tractions
         for warning in _lost(scene.loads[i], i, segments, prescribed)
     ]
+    node_area = np.zeros((n, 1))
+    np.add.at(node_area, grid.triangles, (grid.areas / 3.0)[:, None, None])
+    loose = _loose_motions(grid, prescribed, node_area)
     held = _hold_rigid_motions(grid, prescribed, force)
     return Loading(
-        prescribed, values, force, own_weight, density, boundaries, held, tuple(warnings)
+        prescribed=prescribed,
+        displacement=values,
+        force=force,
+        own_weight=own_weight,
+        body_force=density,
+        boundaries=boundaries,
+        held=held,
+        warnings=tuple(warnings),
+        loose=loose,
+        node_area=node_area,
     )
 
 
@@ -218,12 +253,7 @@ def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats
     for part in range(element_part.max() + 1):
         nodes = np.flatnonzero(node_part == part) if element_part.any() else slice(None)
         x = grid.nodes[nodes]
-        # Rows are (node, component), columns the two translations and the rotation.
-        modes = rigid_body_modes(x, np.ones(x.shape, bool))
-        fixed = modes[prescribed[nodes].ravel()]
-        # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
-        _, sizes, directions = np.linalg.svd(np.einsum("ki,kj->ij", fixed, fixed))
-        loose = directions[sizes <= 1e-12 * max(1.0, len(fixed))]
+        modes, loose = _unheld_motions(x, prescribed[nodes])
         if len(loose) == 0:
             continue
         resultant = np.einsum("km,k->m", modes, force[nodes].ravel())
@@ -239,6 +269,34 @@ def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats
             motions = motions - np.einsum("kl,l->k", motions, along)[:, None] * along
         held += len(loose)
     return held
+
+
+def _loose_motions(grid: Grid, prescribed: NDArray[np.bool_], node_area: Floats) -> Floats:
+    """Return the rigid motions of the whole body that nothing holds; see `Loading.loose`.
+
+    Of the whole body, so that taking them out leaves parts in contact where they are.
+    """
+    modes, loose = _unheld_motions(grid.nodes, prescribed)
+    motions = np.einsum("km,lm->lk", modes, loose).reshape(len(loose), *grid.nodes.shape)
+    motions[:, prescribed] = 0.0  # which they are, but for round-off
+    products = np.einsum("ank,bnk->ab", motions, node_area * motions)
+    return np.einsum("ab,bnk->ank", np.linalg.inv(np.linalg.cholesky(products)), motions)
+
+
+def _unheld_motions(x: Floats, prescribed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Rigid motions of nodes, and which sums of them move nothing that is prescribed.
+
+    Returns
+    -------
+    modes : (2 n, 3) float
+        Rows are (node, component), columns the two translations and the rotation.
+    loose : (m, 3) float
+    """
+    modes = rigid_body_modes(x, np.ones(x.shape, bool))
+    fixed = modes[prescribed.ravel()]
+    # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
+    _, sizes, directions = np.linalg.svd(np.einsum("ki,kj->ij", fixed, fixed))
+    return modes, directions[sizes <= 1e-12 * max(1.0, len(fixed))]
 
 
 def _unheld(grid: Grid, nodes: Ints | slice, force: Floats) -> str:

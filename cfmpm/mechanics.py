@@ -10,6 +10,7 @@ from cfmpm import equilibrium, newton, transfer, updated
 from cfmpm.body import Body
 from cfmpm.clock import Clock
 from cfmpm.equilibrium import Equilibrium
+from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.grid import Floats, Grid
 from cfmpm.kernels import finite
@@ -19,6 +20,8 @@ from cfmpm.patches import patch_of
 from cfmpm.points import MaterialPoints, relocate
 from cfmpm.scene.model import Scene
 
+# Column of the history of points.
+PLASTIC_WORK = 5
 # Part of the energy that finite deformation would change, above which `auto` takes it.
 NEGLIGIBLE = 1e-3
 
@@ -110,6 +113,33 @@ def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
         return updated.material_force(body, balance)
     problem = body.grid, body.integration, gradients, body.loading.body_force
     return cf.finite_nodal_force(*problem) if balance.finite else cf.nodal_force(*problem)
+
+
+def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats | None:
+    """Sum what the plastic work adds to the configurational force at every node.
+
+    Parameters
+    ----------
+    body : Body
+        In balance.
+    gradients : (p, k, 2) float
+    balance : Equilibrium
+
+    Returns
+    -------
+    (n, 2) float or None
+        - sum_p W_p dS_I/dX V_p with W_p the plastic work per reference volume [N/mm]; None where
+        nothing is plastic. With it the force is that of the whole stress work, W_e + W_p, of which
+        Rice's J is made; without it that of the stored energy, which depends on the domain.
+    """
+    if not balance.history.size:
+        return None
+    work = replace(
+        body.integration,
+        stress=np.zeros_like(body.integration.stress),
+        energy=np.ascontiguousarray(balance.history[:, PLASTIC_WORK]),
+    )
+    return cf.finite_nodal_force(body.grid, work, gradients, np.zeros(2))
 
 
 def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: float) -> float:
@@ -231,4 +261,13 @@ def _solve_finite(
             return newton.advance(problem, rest, level)
         if last.load_factor != level:
             return newton.advance(problem, last, level)
-        return newton.rebalance(problem, last)
+        try:
+            return newton.rebalance(problem, last)
+        except SolveError:
+            if last.history.size:
+                raise
+        # Elastic: the state does not depend on the way to it, which may begin at rest.
+        afresh = newton.advance(problem, rest, level)
+        moved = afresh.displacement - last.displacement
+        work = level * np.sum(np.where(body.loading.prescribed, 0.0, body.loading.force * moved))
+        return replace(afresh, external_work=last.external_work + float(work))

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 
 from cfmpm import solvers
 from cfmpm.contact import Contact, close_faces
+from cfmpm.engines import NotPositiveDefiniteError
 from cfmpm.equilibrium import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
@@ -212,10 +213,12 @@ def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
         except SolveError as failure:
             length = 0.5 * (goal - balance.load_factor)
             if abs(length) >= shortest:
+                # The stiffness factored last is that of a state that was not accepted.
+                march.factor_at(state)
                 continue
             reason = (
                 f"no stable state was found between load factors {balance.load_factor:.6g} and "
-                f"{goal:.6g}: {failure}"
+                f"{goal:.6g}: {_limit(failure) if balance.load_factor else failure}"
             )
             if balance is last:
                 raise SolveError(reason) from failure
@@ -252,6 +255,17 @@ def rebalance(problem: Problem, last: Equilibrium) -> Equilibrium:
     before = march.state(last.displacement)
     found = march.balance(before, last.load_factor, before.internal_force)
     return march.accept(last, before, found, last.load_factor)
+
+
+def _limit(failure: SolveError) -> str:
+    """Say what ends the way of a body that has been stable so far: it is no mechanism."""
+    if not isinstance(failure, NotPositiveDefiniteError):
+        return str(failure)
+    return (
+        f"the stiffness is no longer positive definite ({failure.seen}): a limit point, buckling, "
+        "or a material past its strength; prescribed displacements in place of forces, or "
+        "material.law: ciarlet, may go further"
+    )
 
 
 class _March:

@@ -108,6 +108,30 @@ def initial_quadrature(points: MaterialPoints) -> Quadrature:
     )
 
 
+def as_points(quadrature: Quadrature) -> MaterialPoints:
+    """Return quadrature points in the form that sums over points take, free of stress.
+
+    Parameters
+    ----------
+    quadrature : Quadrature
+
+    Returns
+    -------
+    MaterialPoints
+        Position, volume, element and material are shared, not copied.
+    """
+    n = len(quadrature)
+    return MaterialPoints(
+        position=quadrature.position,
+        volume=quadrature.volume,
+        element=quadrature.element,
+        material=quadrature.material,
+        displacement_gradient=np.zeros((n, 2, 2)),
+        stress=np.zeros((n, 3)),
+        energy=np.zeros(n),
+    )
+
+
 def realign(
     quadrature: Quadrature,
     domains: ParticleDomains,

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm import remarks, results
+from cfmpm import mechanics, remarks, results
 from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fatigue import paris_cycles
@@ -225,7 +225,8 @@ def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
 def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float]:
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
-    applied = float((loading.force * np.where(loading.prescribed, 0.0, u)).sum())
+    # Zero where a support prescribes the displacement: a force there does no work.
+    applied = float((loading.force * (u - loading.displacement)).sum())
     reaction = float(
         ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
     )
@@ -260,6 +261,11 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         values |= {"least_fill": body.motion.fill, "grid_resets": body.motion.resets}
     return values | {
         "strain_energy": np.sum(source.energy * source.volume),
+        "plastic_work": (
+            np.sum(balance.history[:, mechanics.PLASTIC_WORK] * source.volume)
+            if balance.history.size
+            else np.nan
+        ),
         "newton_iterations": balance.newton_iterations,
         "substeps": balance.substeps,
         "unstable_points": balance.unstable_points,

@@ -193,8 +193,9 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
         )
     if balance.residual_floor > 0.0:
         found.append(
-            "the unbalanced force is at the floor that round-off sets, above 1e-8 of the largest "
-            "nodal force: a strong contrast of stiffness, or a slender ligament"
+            "the unbalanced force (residual_norm) is at the floor that round-off sets, above what "
+            "is asked for: a strong contrast of stiffness, near incompressibility, or a slender "
+            "ligament"
         )
     if body.deviation > DEVIATION:
         found.append(

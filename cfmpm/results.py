@@ -11,15 +11,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
 from cfmpm.fracture.stability import STABILITY
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
@@ -44,6 +45,9 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cf_angle": (_TIP, "degree", "angle of the configurational force from the crack tangent"),
     "cf_tip_x": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
     "cf_tip_y": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
+    "cf_plastic_x": (_TIP, "N mm-1", "what plastic work adds to the configurational force"),
+    "cf_plastic_y": (_TIP, "N mm-1", "what plastic work adds to the configurational force"),
+    "J_plastic": (_TIP, "N mm-1", "what plastic work adds to J, which is of the stored energy"),
     "J": (_TIP, "N mm-1", "domain integral along the crack tangent, largest ring"),
     "G": (_TIP, "N mm-1", "energy release rate from K_I and K_II, largest ring"),
     "K_I": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest ring"),
@@ -67,6 +71,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cf_norm_radius": (_RADIUS, "N mm-1", "norm of the configurational force on the domain"),
     "cf_angle_radius": (_RADIUS, "degree", "angle of the configurational force, from the tangent"),
     "strain_energy": (_STEP, "N", "strain energy per mm of thickness (N mm/mm)"),
+    "plastic_work": (_STEP, "N", "plastic work per mm of thickness (N mm/mm); nan without flow"),
     "external_work": (_STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
     "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
     "newton_iterations": (_STEP, "1", "Newton iterations so far; 0 for a linear solve"),
@@ -242,27 +247,46 @@ def _flags(meanings: Sequence[str]) -> dict[str, Any]:
 
 def provenance(scene: Scene) -> dict[str, Any]:
     """Return global attributes after CF and ACDD, with what is needed to run a scene again."""
-    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
+    import numba  # loaded already where a scene has been solved, and else not needed
+
+    return {
+        **origin(scene.name, scene.description or f"Crack tips of scene {scene.name}", "run"),
+        "comment": "lists are JSON text; no number depends on how many threads were available",
+        "threads": numba.get_num_threads(),
+        "config": json.dumps(effective_config(scene), sort_keys=True),
+        "config_hash": config_hash(scene),
+    }
+
+
+def origin(title: str, summary: str, command: str) -> dict[str, Any]:
+    """Return global attributes after CF and ACDD that every dataset has.
+
+    Parameters
+    ----------
+    title, summary : str
+    command : str
+        Of ``cfmpm`` that makes the dataset.
+    """
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     now = datetime.fromtimestamp(float(epoch) if epoch else time.time(), UTC)
     stamp = now.strftime("%Y-%m-%dT%H:%M:%SZ")
     return {
         "Conventions": "CF-1.11, ACDD-1.3",
-        "title": scene.name,
-        "summary": scene.description or f"Crack tips of scene {scene.name}",
-        "source": f"cfmpm {version('cfmpm')}",
+        "title": title,
+        "summary": summary,
+        "source": f"cfmpm {_versions()['cfmpm']}",
         "references": "Zhou et al., Theor. Appl. Fract. Mech. 117 (2022) 103186",
         "keywords": "fracture mechanics, material point method, configurational force",
-        "history": f"{stamp} cfmpm run",
+        "history": f"{stamp} cfmpm {command}",
         "date_created": stamp,
-        "comment": "lists are JSON text; no number depends on how many threads were available",
-        "threads": numba.get_num_threads(),
-        "config": json.dumps(effective_config(scene), sort_keys=True),
-        "config_hash": config_hash(scene),
-        "versions": json.dumps(
-            {"python": platform.python_version(), **{name: version(name) for name in packages}}
-        ),
+        "versions": json.dumps(_versions()),
     }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
+    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> None:

@@ -192,7 +192,8 @@ def run(
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
             seen = updated.in_reference(body, gradients, balance)
             nodal = mechanics.nodal_force(*seen)
-            tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c)
+            plastic = mechanics.plastic_nodal_force(*seen)
+            tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c, plastic)
             tips |= updated.compare(body, gradients, balance)
             factor = balance.load_factor if balance.finite else levels[level]
             decision = growth.decide(

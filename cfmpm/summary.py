@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from cfmpm.body import Body
 from cfmpm.remarks import doubts_before
@@ -188,6 +189,8 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
         form = ".3f" if unit == "deg" else "#.6g"
         cells = [_with_spread(v, s, form) for v, s in zip(values, spread, strict=True)]
         rows.append([f"{called} [{unit}]" if unit else called, *cells])
+        if name == "J" and np.isfinite(at["K_I"]).any():
+            rows.append(["J / G - 1", *(f"{apart: 12.1e}" for apart in _apart(at))])
     radii = at["domain_radius"].values
     rows.append(["domain radii [mm]", *(_between(tip_radii) for tip_radii in radii)])
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -217,12 +220,14 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
                     f"{float(first[key]):.6g} to {float(last[key]):.6g}"
                     for key in ("K_I", "K_II", "G")
                 ),
+                f"{np.nanmax(np.abs(_apart(tip))):.1e}",
                 f"{float(first['kink_angle']):.3f}",
                 *([f"{float(tip['cycles'][-1]):.6g}"] if "cycles" in whole else []),
             ]
         )
     names = ["", "status", "from [mm]", "to [mm]", "path [mm]", "K_I [MPa mm^0.5]"]
-    names += ["K_II [MPa mm^0.5]", "G [N/mm]", "first kink angle [deg]"]
+    names += ["K_II [MPa mm^0.5]", "G [N/mm]", "J / G - 1, at most"]
+    names += ["first kink angle [deg]"]
     names += ["cycles"] if "cycles" in whole else []
     rows = list(zip(names, *columns, strict=True))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -230,6 +235,12 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
         "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     )
+
+
+def _apart(tips: xr.Dataset) -> NDArray[np.float64]:
+    """How far J and G from K_I and K_II differ, which they would not on a fine enough grid."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (tips["J"] / tips["G"] - 1.0).values
 
 
 def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:

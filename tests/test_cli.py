@@ -81,6 +81,13 @@ class TestRun:
             assert result.exit_code == 0, result.output
             assert max(map(len, result.stdout.splitlines())) <= 100
 
+    def test_j_stands_against_g(self, scene: Path) -> None:
+        (line,) = (x for x in call("run", scene).stdout.splitlines() if x.startswith("J / G"))
+        with xr.open_dataset("results/small/history.nc") as history:
+            assert float(line.split()[-1]) == pytest.approx(
+                float(history["J"][0, 0] / history["G"][0, 0]) - 1, rel=0.05
+            )
+
     def test_fields_only_when_asked_for(self, scene: Path) -> None:
         result = call("run", scene, "--set", "output.fields=true", "--output", "here")
         assert result.exit_code == 0, result.output
@@ -226,7 +233,10 @@ class TestCheck:
 
 
 class TestPlot:
-    PICTURES = frozenset({"scene.png", "deformed.png", "cf_crack_1.png"})
+    PICTURES = frozenset(
+        {f"{name}.png" for name in ("scene", "deformed")}
+        | {f"{name}_crack_1.png" for name in ("mesh", "radii", "cf")}
+    )
 
     @pytest.mark.parametrize("form", ["results/small", "results/small/history.nc"])
     def test_solves_again_where_there_are_no_fields(self, scene: Path, form: str) -> None:
@@ -280,7 +290,7 @@ class TestPlot:
     def test_fields_in_place_of_the_history(self, scene: Path) -> None:
         call("run", scene, "--set", "output.fields=true")
         result = call("plot", "results/small/fields.nc")
-        expect_failure(result, 2, "plot takes its folder, or its history.nc")
+        expect_failure(result, 2, "give the folder of a run, or its history.nc")
 
     @pytest.mark.parametrize(
         ("config", "word"), [("{", "config is damaged"), ('{"name": "x"}', "material")]
@@ -364,6 +374,8 @@ class TestGrowth:
             for name in ("K_I", "K_II", "G"):
                 values = history[name].values[:, 0]
                 assert f"{values[0]:.6g} to {values[-1]:.6g}" in result.stdout
+            apart = float(abs(history["J"] / history["G"] - 1).max())
+            assert f"J / G - 1, at most       {apart:.1e}" in result.stdout
             end = f"({float(history['tip_x'][-1, 0]):.6g}, {float(history['tip_y'][-1, 0]):.6g})"
             assert end in result.stdout
             assert history.attrs["ending"] in result.stdout

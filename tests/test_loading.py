@@ -273,3 +273,27 @@ def test_a_part_cut_off_by_a_crack_must_be_held_too():
         severed,
     )
     assert loading.held == 1
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("support", [{}, {"x": 0}, {"y": 0}])
+def test_a_displacement_at_rest_has_no_motion_that_nothing_holds(element, support):
+    pull = [{"edge": "left", "traction": [-1, 0]}, {"edge": "right", "traction": [1, 0]}]
+    loads = [{"edge": "bottom", "displacement": support}] if support else pull
+    grid, loading = load(loads, element=element)
+    x, y = grid.nodes.T
+    # The motions that the supports let pass, and a strain on top.
+    rigid = [np.column_stack([0 * x, 0 * x + 1])] if "y" not in support else []
+    rigid += [np.column_stack([0 * x + 1, 0 * x])] if "x" not in support else []
+    rigid += [np.column_stack([-y, x])] if "y" not in support else []
+    assert len(loading.loose) == len(rigid)
+    strain = np.column_stack([x * y, x**2])
+    moved = strain + sum(k * motion for k, motion in enumerate(rigid, 2))
+    found = loading.at_rest(moved)
+    np.testing.assert_allclose(found, loading.at_rest(strain), atol=1e-12)
+    for motion in rigid:  # its mean over the body along each of them is zero
+        assert (loading.node_area * motion * found).sum() == pytest.approx(0.0, abs=1e-11)
+    assert loading.node_area.sum() == pytest.approx(8.0)
+    for axis in support:
+        held = y == 0.0, "xy".index(axis)
+        np.testing.assert_array_equal(found[held], moved[held])

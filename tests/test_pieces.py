@@ -13,7 +13,7 @@ from cfmpm import equilibrium, pieces
 from cfmpm.grid import build_grid
 from cfmpm.kernels import basis
 from cfmpm.loading import Loading
-from cfmpm.points import MaterialPoints, locate, seed
+from cfmpm.points import locate, seed
 
 LAME = np.array([[3.0, 2.0]])
 STRESS = np.array([1.0, -0.7, 0.4])
@@ -63,18 +63,11 @@ def move(grid, rng, by=0.4, part=0.5):
     return moved, np.flatnonzero(at.any(axis=(1, 2)))
 
 
-def as_points(quadrature):
-    """The quadrature points in the form that the sums over points take."""
-    n = len(quadrature)
-    return MaterialPoints(
-        position=quadrature.position,
-        volume=quadrature.volume,
-        element=quadrature.element,
-        material=quadrature.material,
-        displacement_gradient=np.zeros((n, 2, 2)),
-        stress=np.tile(STRESS, (n, 1)),
-        energy=np.zeros(n),
-    )
+def stressed(quadrature):
+    """The quadrature points under a uniform stress."""
+    points = pieces.as_points(quadrature)
+    points.stress[:] = STRESS
+    return points
 
 
 def gradients(grid, points):
@@ -94,7 +87,7 @@ def stiffness(grid, points):
 
 def assert_stiffness_of_finite_elements(grid, quadrature):
     expected = stiffness(grid, seed(grid))
-    found = stiffness(grid, as_points(quadrature))
+    found = stiffness(grid, pieces.as_points(quadrature))
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max(), rtol=0)
 
 
@@ -188,7 +181,7 @@ def test_uniform_stress_is_in_balance_on_the_moved_grid(element, number):
     grid, points, domains, quadrature = make(element, number, crack=None)
     moved, changed = move(grid, np.random.default_rng(number))
     quadrature = pieces.realign(quadrature, domains, points, moved, changed)
-    assert unbalance(moved, as_points(quadrature)) < 1e-12
+    assert unbalance(moved, stressed(quadrature)) < 1e-12
 
 
 @elements
@@ -209,7 +202,7 @@ def test_stiffness_is_that_of_finite_elements_on_the_moved_grid(element, number)
 def test_linear_displacement_is_exact_on_the_moved_grid(element, number):
     grid, points, domains, quadrature = make(element, number)
     grid, changed = move(grid, np.random.default_rng(number))
-    quadrature = as_points(pieces.realign(quadrature, domains, points, grid, changed))
+    quadrature = stressed(pieces.realign(quadrature, domains, points, grid, changed))
     exact = grid.nodes @ np.array([[1e-3, 2e-3], [-4e-3, 3e-3]]) + 1e-3
     held = np.repeat(~is_inner(grid)[:, None], 2, axis=1)
     loading = replace(unloaded(grid, held), displacement=np.where(held, exact, 0.0))

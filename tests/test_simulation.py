@@ -135,6 +135,24 @@ def test_a_body_without_a_crack_runs_too():
     assert any("no crack tip" in item for item in json.loads(result.history.attrs["left_out"]))
 
 
+def test_a_body_that_nothing_holds_is_pulled_apart_about_its_middle():
+    """Uniform tension: the ends of the plate move by half its elongation each."""
+    geometry = {
+        "outline": [
+            {"at": [0, 0], "edge": "bottom"},
+            [30, 0],
+            {"at": [30, 80], "edge": "top"},
+            [0, 80],
+        ]
+    }
+    loads = [{"edge": "top", "traction": [0, 10]}, {"edge": "bottom", "traction": [0, -10]}]
+    scene = plate(family=None, geometry=geometry, loads=loads, mesh={"size": 10})
+    history = cfmpm.run(scene).history
+    elongation = 10 * (1 - 0.3**2) / 1e4 * 80
+    moved = history["displacement_y"].sel(boundary=["bottom", "top"]).values[0]
+    np.testing.assert_allclose(moved, [-elongation / 2, elongation / 2], rtol=1e-10)
+
+
 def test_closing_faces_are_kept_apart():
     squeezed = plate(
         family={

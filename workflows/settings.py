@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from cfmpm.scene import Scene, load_scene
 from cfmpm.scene.model import Length, Mesh, Positive
+from cfmpm.study.model import Study
 
 Meshes = Annotated[dict[int, Mesh], Field(min_length=1)]
 
@@ -113,7 +114,9 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
     SceneError
         Where a grid does not fit the scene.
     """
-    settings = Settings.model_validate(dict(config))
+    # A study given as --configfile has found its way into it; rules/study.smk reads it by itself.
+    blocks = {key: value for key, value in config.items() if key not in Study.model_fields}
+    settings = Settings.model_validate(blocks)
     paper = settings.section_5_1
     for meshes in paper.series.values():
         for mesh in meshes.values():

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cfmpm
 from cfmpm._jit import cache_folder
+from cfmpm.results import written_aside
 from cfmpm.scene import scene_from_dict
 
 
@@ -31,4 +32,5 @@ def compile_kernels(stamp: str | Path) -> None:
             "mesh": {"element": element, "size": 10, "grading": "uniform"},
         }
         cfmpm.run(scene_from_dict(scene))
-    Path(stamp).write_text(f"{cache_folder().name}\n", encoding="utf-8")
+    with written_aside(Path(stamp)) as aside:
+        aside.write_text(f"{cache_folder().name}\n", encoding="utf-8")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.grid import Floats
+if TYPE_CHECKING:  # grids bring Numba along, which who reads results has no need of
+    from cfmpm.grid import Floats
 
 STABILITY = ("undefined", "stable", "unstable", "snap_back")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -44,14 +45,16 @@ def draw_deformed(
     -------
     Axes
         Its title states the factor on the displacements and the highest stress, which lies beyond
-        the colour bar; dotted lines are the undeformed boundary.
+        the colour bar, or that there is none, as in a body that a crack has severed; dotted lines
+        are the undeformed boundary.
     """
     mesh, last = Mesh.of_fields(fields), fields.isel(time=-1)
     u = np.column_stack([last["u_x"], last["u_y"]])
     factor = factor or magnification(u, mesh.nodes)
     moved = mesh.nodes + factor * u
     values = last[stress].values
-    low, high = limits or _colour_limits(values, mesh)
+    free = np.abs(values).max() <= _round_off(fields, u, mesh)
+    low, high = limits or ((0.0, 1.0) if free else _colour_limits(values, mesh))
     inner, outer = mesh.edges()
 
     faces = PolyCollection(list(moved[mesh.faces]), cmap=STRESS_MAP, edgecolors="face", lw=0.1)
@@ -75,9 +78,10 @@ def draw_deformed(
     axes.figure.colorbar(
         faces, ax=axes, label=f"{said['long_name']} [{said['units']}]", extend=extend, shrink=0.8
     )
+    found = f"{stress} from {values.min():.4g} to {values.max():.4g} {said['units']}"
     axes.set_title(
         f"displacement × {factor:g}, largest {np.hypot(*u.T).max():.3g} mm\n"
-        f"{stress} from {values.min():.4g} to {values.max():.4g} {said['units']}"
+        + ("free of stress, to round-off" if free else found)
     )
     return axes
 
@@ -103,6 +107,17 @@ def magnification(displacement: np.ndarray, nodes: np.ndarray) -> float:
     wanted = SHOWN * float(np.ptp(nodes, axis=0).max()) / largest
     power = 10.0 ** math.floor(math.log10(wanted))
     return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-9))
+
+
+def _round_off(fields: xr.Dataset, displacement: np.ndarray, mesh: Mesh) -> float:
+    """Stress that round-off of the displacement alone makes [MPa]; 0 where E is not known."""
+    if "config" not in fields.attrs:
+        return 0.0
+    modulus = float(json.loads(fields.attrs["config"])["material"]["E"])
+    sides = mesh.nodes[mesh.faces] - mesh.nodes[np.roll(mesh.faces, 1, axis=1)]
+    shortest = float(np.hypot(sides[..., 0], sides[..., 1]).min())
+    eps = 1e3 * np.finfo(float).eps  # a displacement has lost some digits in the solve
+    return eps * modulus * float(np.abs(displacement).max()) / shortest
 
 
 def _colour_limits(values: np.ndarray, mesh: Mesh) -> tuple[float, float]:

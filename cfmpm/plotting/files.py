@@ -3,24 +3,34 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 
+from cfmpm.body import Body
 from cfmpm.grid import Grid
 from cfmpm.loading import Loading
 from cfmpm.plotting.deformed import draw_deformed
-from cfmpm.plotting.growth import draw_load_displacement, draw_paths
+from cfmpm.plotting.growth import (
+    draw_angles,
+    draw_energy,
+    draw_factors,
+    draw_load,
+    draw_load_displacement,
+)
 from cfmpm.plotting.mesh import Mesh
+from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
-from cfmpm.plotting.style import picture, size_around
-from cfmpm.plotting.tip import draw_tip_forces
-from cfmpm.scene import Scene, expand
-from cfmpm.scene.geometry import Body
+from cfmpm.plotting.style import COLOUR_BAR, LEGEND, picture, size_around
+from cfmpm.plotting.tip import draw_radii, draw_tip_forces, draw_tip_points
+from cfmpm.scene import Scene
 
-LEGEND, COLOUR_BAR = 2.6, 0.9  # widths [inch]
+# Sizes of pictures around a tip and of curves [inch].
+TIP, CURVE = (5.0, 5.5), (5.0, 4.0)
 
 
 def save_scene(
@@ -31,6 +41,28 @@ def save_scene(
     with picture(path, size_around(grid.nodes, LEGEND)) as axes:
         draw_scene(axes, scene, grid, loading, radii)
     return path
+
+
+def save_tip_points(folder: Path, body: Body) -> list[Path]:
+    """Write mesh_<tip>.png for each tip of a body: its grid and material points there."""
+    paths = []
+    for tip, domains in zip(body.grid.tips, body.tip_domains, strict=True):
+        paths.append(Path(folder) / f"mesh_{tip.name}.png")
+        with picture(paths[-1], TIP) as axes:
+            draw_tip_points(axes, body.grid, body.points, tip, domains.radii)
+    return paths
+
+
+def save_radii(folder: Path, history: xr.Dataset) -> list[Path]:
+    """Write radii_<tip>.png for each tip, where there are several radii."""
+    if history.sizes["radius"] < 2:
+        return []
+    paths = []
+    for name in history["tip"].values:
+        paths.append(Path(folder) / f"radii_{name}.png")
+        with picture(paths[-1], CURVE) as axes:
+            draw_radii(axes, history.isel(step=0).sel(tip=name))
+    return paths
 
 
 def save_deformed(folder: Path, fields: xr.Dataset) -> Path:
@@ -53,27 +85,51 @@ def save_tip_forces(folder: Path, fields: xr.Dataset, history: xr.Dataset) -> li
         x = np.array([float(tip["tip_x"]), float(tip["tip_y"])])
         node = int(np.argmin(np.hypot(*(mesh.nodes - x).T)))
         path = Path(folder) / f"cf_{name}.png"
-        with picture(path, (5.0, 5.5)) as axes:
+        with picture(path, TIP) as axes:
             draw_tip_forces(axes, mesh, force, node, float(tip["domain_radius"].max()))
         paths.append(path)
     return paths
 
 
-def save_growth(folder: Path, history: xr.Dataset, scene: Scene) -> list[Path]:
-    """Write paths.png and, where the load changes, force_<part>_<axis>.png of each loaded part."""
-    outline = Body.of(expand(scene)).outline.exterior.coords if scene.mesh_file is None else None
-    places = np.column_stack([history["tip_x"].values.ravel(), history["tip_y"].values.ravel()])
-    paths = [Path(folder) / "paths.png"]
-    with picture(paths[0], size_around(np.array(outline or places), LEGEND)) as axes:
-        draw_paths(axes, history, expand(scene))
+def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> list[Path]:
+    """Write paths.png, cf.png, factors.png, angles.png and energy.png.
+
+    Where the load changes also load.png and, for each loaded part that moves along its force,
+    force_<part>_<axis>.png. The scene is the expanded one; the grid is drawn where a mesh file
+    takes the place of a geometry.
+    """
+    body = grid if scene.geometry is None else scene
+    paths, size = [], size_around(corners_of(body), LEGEND)
+    for name, draw in {"paths": draw_paths, "cf": draw_tip_cf}.items():
+        paths.append(Path(folder) / f"{name}.png")
+        with picture(paths[-1], size) as axes:
+            draw(axes, history, body)
+    curves: dict[str, Callable[[Axes, xr.Dataset], Axes]]
+    curves = {"factors": draw_factors, "angles": draw_angles, "energy": draw_energy}
     factor = history["load_factor"].values
     if np.nanmax(factor) > np.nanmin(factor):
-        largest = max(float(np.abs(history[f"reaction_{axis}"]).max()) for axis in "xy")
-        for part, axis in itertools.product(map(str, history["boundary"].values), "xy"):
-            force = history.sel(boundary=part)[f"reaction_{axis}"]
-            if float(np.abs(force).max()) > 1e-6 * largest:
-                path = Path(folder) / f"force_{part}_{axis}.png"
-                with picture(path, (5.0, 4.0)) as axes:
-                    draw_load_displacement(axes, history, part, axis)
-                paths.append(path)
+        curves["load"] = draw_load
+        for part, axis in _moving_parts(history):
+            curve = partial(draw_load_displacement, boundary=part, component=axis)
+            curves[f"force_{part}_{axis}"] = curve
+    for name, draw_curve in curves.items():
+        paths.append(Path(folder) / f"{name}.png")
+        with picture(paths[-1], CURVE) as axes:
+            draw_curve(axes, history)
     return paths
+
+
+def _moving_parts(history: xr.Dataset) -> list[tuple[str, str]]:
+    """Loaded parts, and the axes along which they move and feel a force."""
+
+    def most(of: xr.Dataset, what: str, axes: str = "xy") -> float:
+        return max(float(np.abs(of[f"{what}_{axis}"]).max()) for axis in axes)
+
+    return [
+        (part, axis)
+        for part, axis in itertools.product(map(str, history["boundary"].values), "xy")
+        if all(
+            most(history.sel(boundary=part), what, axis) > 1e-6 * most(history, what)
+            for what in ("reaction", "displacement")
+        )
+    ]

@@ -1,45 +1,20 @@
-"""Pictures of cracks that grow: their paths, the equilibrium path, angles, and a film."""
+"""Curves along the growth of cracks: load, force, angles, stress intensity factors, energies."""
 
 from __future__ import annotations
 
-import os
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.animation import PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PatchCollection
-from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
-from matplotlib.path import Path as Outline
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from cfmpm.grid import Floats, Grid
-from cfmpm.plotting.curves import STYLES
-from cfmpm.plotting.deformed import draw_deformed, magnification
-from cfmpm.plotting.mesh import Mesh, draw_grid
-from cfmpm.plotting.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    LIGHT_GREY,
-    ORANGE,
-    RC,
-    REGIONS,
-    VERMILLION,
-    length_axes,
-    size_around,
-)
+from cfmpm.accessor import History, new_length
+from cfmpm.grid import Floats
+from cfmpm.plotting.curves import STYLES, draw_curve
+from cfmpm.plotting.style import BLACK, BLUE, GREY, LIGHT_GREY, ORANGE, VERMILLION
 from cfmpm.results import TIP_STATUS
-from cfmpm.scene.geometry import Body
-from cfmpm.scene.model import Scene
-from cfmpm.series import list_fields
 
 # Colour and dashes both differ, so that the parts are told apart without colour too.
 PARTS = {
@@ -48,77 +23,6 @@ PARTS = {
     "snap_back": (VERMILLION, (0, (1.5, 1)), "snap-back"),
     "undefined": (GREY, ":", "under the load as it is"),
 }
-FILM_RESOLUTION = 100  # dots per inch
-COLOUR_BAR = 0.9  # width [inch]
-
-
-def draw_paths(
-    axes: Axes,
-    history: xr.Dataset,
-    body: Scene | Grid | Mesh,
-    reference: ArrayLike | Mapping[str, ArrayLike] | None = None,
-) -> Axes:
-    """Draw the paths of the crack tips over the outline of the body and its holes.
-
-    Parameters
-    ----------
-    axes : Axes
-    history : xarray.Dataset
-        Of a growth run.
-    body : Scene or Grid or Mesh
-        A scene gives the outline and the initial cracks; a grid is drawn with its elements.
-    reference : (k, 2) float or mapping of str to (k, 2) float, optional
-        Points of other paths to compare with [mm], by their name in the legend.
-
-    Returns
-    -------
-    Axes
-        With a dot at each increment, and a cross where a tip has arrived or stopped.
-    """
-    if isinstance(body, Scene):
-        _draw_body(axes, body)
-    else:
-        draw_grid(axes, body, colour=LIGHT_GREY, width=0.3)
-    for i, name in enumerate(history["tip"].values):
-        colour, _ = STYLES[i % len(STYLES)]
-        path = tip_path(history, str(name))
-        axes.plot(*path.T, "-o", color=colour, lw=1.2, ms=2.0, zorder=4, label=str(name))
-        axes.plot(*path[-1], "x", color=colour, ms=6.0, mew=1.4, zorder=5)
-    if reference is not None:
-        named = reference if isinstance(reference, Mapping) else {"reference": reference}
-        for (name, points), marker in zip(named.items(), "s^Dv", strict=False):
-            style: dict[str, Any] = {"mfc": "none", "mec": BLACK, "ms": 4.5, "mew": 0.8}
-            axes.plot(*np.asarray(points, float).T, marker, zorder=3, label=name, **style)
-    axes.autoscale_view()
-    length_axes(axes)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return axes
-
-
-def tip_path(history: xr.Dataset, tip: str) -> Floats:
-    """Return the places at which a tip has been, each once, (k, 2) [mm]."""
-    of_tip = history.sel(tip=tip)
-    places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
-    moved = np.ones(len(places), bool)
-    moved[1:] = np.diff(places, axis=0).any(axis=1)
-    return places[moved]
-
-
-def _draw_body(axes: Axes, scene: Scene) -> None:
-    """Draw outline, holes and initial cracks of a scene."""
-    polygon = Body.of(scene).polygon
-    parts = []
-    for part in getattr(polygon, "geoms", [polygon]):
-        rings = [part.exterior, *part.interiors]
-        parts.append(
-            PathPatch(Outline.make_compound_path(*(Outline(ring.coords) for ring in rings)))
-        )
-    axes.add_collection(
-        PatchCollection(parts, facecolor=REGIONS[0], edgecolor=BLACK, linewidth=0.8)
-    )
-    geometry = Body.of(scene).geometry
-    lines = [np.array(crack.points) for crack in geometry.cracks]
-    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=1.8, zorder=3))
 
 
 def draw_load_displacement(
@@ -149,6 +53,38 @@ def draw_load_displacement(
     sense = -1.0 if force[0] < 0.0 else 1.0
     points = sense * np.column_stack([motion, force])
     axes.plot(*np.array([(0.0, 0.0), points[0]]).T, color=BLACK, lw=1.1, label="no growth")
+    _draw_parts(axes, history, points)
+    direction = f"{'-' if sense < 0.0 else ''}{component}"
+    axes.set_xlabel(f"displacement of {boundary} along {direction} [mm]")
+    axes.set_ylabel(f"force along {direction} [N/mm]")
+    axes.legend()
+    return axes
+
+
+def draw_load(axes: Axes, history: xr.Dataset) -> Axes:
+    """Draw the load factor against the growth of all cracks, with its stable and unstable parts.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of a growth run under crack control.
+
+    Returns
+    -------
+    Axes
+    """
+    solved = history.isel(step=np.flatnonzero(np.isfinite(history["load_factor"].values)))
+    _draw_parts(axes, solved, np.column_stack([new_length(solved), solved["load_factor"]]))
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel("growth of all cracks together [mm]")
+    axes.set_ylabel("load factor [1]")
+    axes.legend()
+    return axes
+
+
+def _draw_parts(axes: Axes, history: xr.Dataset, points: Floats) -> None:
+    """Draw a curve over the steps, each part in the manner of its stability."""
     flags = history["stability"]
     parts = np.array(flags.attrs["flag_meanings"].split())[flags.values[:-1]]
     named: set[str] = set()
@@ -158,11 +94,6 @@ def draw_load_displacement(
         named.add(parts[first])
         axes.plot(*points[first : last + 1].T, color=colour, ls=dashes, lw=1.6, label=shown)
     axes.plot(*points.T, "o", color=BLACK, ms=2.0, zorder=3)
-    direction = f"{'-' if sense < 0.0 else ''}{component}"
-    axes.set_xlabel(f"displacement of {boundary} along {direction} [mm]")
-    axes.set_ylabel(f"force along {direction} [N/mm]")
-    axes.legend()
-    return axes
 
 
 def _runs(words: NDArray[np.str_]) -> list[tuple[int, int]]:
@@ -170,6 +101,27 @@ def _runs(words: NDArray[np.str_]) -> list[tuple[int, int]]:
     ends = np.flatnonzero(words[1:] != words[:-1]) + 1
     bounds = [0, *ends.tolist(), len(words)]
     return [(a, b) for a, b in pairwise(bounds) if b > a]
+
+
+def draw_factors(axes: Axes, history: xr.Dataset) -> Axes:
+    """Draw the stress intensity factors along each path.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of a growth run.
+
+    Returns
+    -------
+    Axes
+        Increments in which a tip waits for another one are left out.
+    """
+    named = {"K_I": "$K_I$", "K_II": "$K_{II}$"}
+    _draw_along_paths(axes, history, named)
+    axes.set_ylabel("stress intensity factor [MPa mm$^{1/2}$]")
+    axes.legend()
+    return axes
 
 
 def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
@@ -187,6 +139,15 @@ def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
         Angles are taken from the tangent of the tip: both vanish where a crack runs straight on.
         Increments in which a tip waits for another one are left out.
     """
+    named = {"kink_angle": "largest hoop stress", "cf_angle": "configurational force"}
+    _draw_along_paths(axes, history, named)
+    axes.set_ylabel("angle from the tangent [°]")
+    axes.legend()
+    return axes
+
+
+def _draw_along_paths(axes: Axes, history: xr.Dataset, named: dict[str, str]) -> None:
+    """Draw two quantities of each tip against its growth, the second one hollow and dashed."""
     axes.axhline(0.0, color=LIGHT_GREY, lw=0.8, zorder=1)
     for i, name in enumerate(history["tip"].values):
         colour, marker = STYLES[i % len(STYLES)]
@@ -195,84 +156,37 @@ def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
         grown = np.concatenate([[0.0], np.cumsum(steps)])
         runs = of_tip["tip_status"].values == TIP_STATUS.index("growing")
         line: dict[str, Any] = {"color": colour, "lw": 1.1, "ms": 3.0, "marker": marker}
-        for angle, called, dashes, inside in (
-            ("kink_angle", "largest hoop stress", "-", colour),
-            ("cf_angle", "configurational force", "--", "none"),
+        for (key, called), dashes, inside in zip(
+            named.items(), ("-", "--"), (colour, "none"), strict=True
         ):
-            values, label = of_tip[angle].values[runs], f"{name}: {called}"
+            values, label = of_tip[key].values[runs], f"{name}: {called}"
             axes.plot(grown[runs], values, dashes, mfc=inside, label=label, **line)
     axes.set_xlabel("growth of the tip along its path [mm]")
-    axes.set_ylabel("angle from the tangent [°]")
-    axes.legend()
-    return axes
 
 
-def animate_growth(
-    frames: Path | Sequence[Path | xr.Dataset],
-    path: Path,
-    *,
-    stress: str = "von_mises",
-    per_second: float = 8.0,
-) -> Path:
-    """Write a film of the deformed grid as the cracks grow.
+def draw_energy(axes: Axes, history: xr.Dataset) -> Axes:
+    """Draw where the work of the loads went as the cracks grew.
 
     Parameters
     ----------
-    frames : Path or sequence of Path or Dataset
-        Folder of a run with ``output.every``, or its fields in the order of the film. One is held
-        in memory at a time.
-    path : Path
-        A GIF file. It is written aside and renamed.
-    stress : str
-        A variable on the faces.
-    per_second : float
-        Frames per second.
+    axes : Axes
+    history : xarray.Dataset
+        Of a growth run.
 
     Returns
     -------
-    Path
-        Of the film. Magnification and colours are the same in all frames.
-
-    Raises
-    ------
-    FileNotFoundError
-        Where a folder holds no fields by step.
+    Axes
+        With the terms of :meth:`cfmpm.accessor.History.energy_balance`.
     """
-    if isinstance(frames, str | Path):
-        frames = list_fields(Path(frames))
-    largest, highest = 0.0, []
-    for fields in _opened(frames):
-        last = fields.isel(time=-1)
-        u, nodes = np.column_stack([last["u_x"], last["u_y"]]), Mesh.of_fields(fields).nodes
-        largest = max(largest, float(np.hypot(*u.T).max()))
-        highest.append(np.percentile(last[stress].values, [1.0, 97.0]))
-    low, high = np.min(highest, axis=0)[0], np.median(highest, axis=0)[1]
-    factor = magnification(np.array([[largest, 0.0]]), nodes)
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with (
-        matplotlib.rc_context(RC),
-        tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as aside,
+    balance, grown = History(history).energy_balance(), new_length(history)
+    for name, label, style, line in (
+        ("external_work", "work of the loads", 6, "-"),
+        ("strain_energy", "strain energy", 0, "-"),
+        ("fracture_energy", "g_c times new length", 1, "-"),
+        ("missing", "missing: work less both", 4, "--"),
     ):
-        figure = Figure(figsize=size_around(nodes, COLOUR_BAR), layout="constrained")
-        # Pillow takes a fraction, whatever matplotlib has typed.
-        writer = PillowWriter(fps=per_second)  # type: ignore[arg-type]
-        with writer.saving(figure, Path(aside) / path.name, FILM_RESOLUTION):
-            for fields in _opened(frames):
-                figure.clear()
-                axes = figure.add_subplot()
-                draw_deformed(axes, fields, stress, factor=factor, limits=(low, high))
-                step, load = fields["time"].values[-1], fields["load_factor"].values[-1]
-                axes.set_title(f"step {step:g}, load factor {load:.3f}, displacement × {factor:g}")
-                writer.grab_frame()
-        os.replace(Path(aside) / path.name, path)
-    return path
-
-
-def _opened(frames: Sequence[Path | xr.Dataset]) -> Iterator[xr.Dataset]:
-    for frame in frames:
-        if isinstance(frame, xr.Dataset):
-            yield frame
-        else:
-            with xr.open_dataset(frame, engine="netcdf4", mask_and_scale=False) as fields:
-                yield fields
+        draw_curve(axes, grown, balance[name], label, style, line=line)
+    axes.set_xlabel("growth of all cracks together [mm]")
+    axes.set_ylabel("energy per thickness [N mm/mm]")
+    axes.legend()
+    return axes

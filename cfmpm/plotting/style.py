@@ -33,6 +33,8 @@ REGIONS = ("#F2F2F2", "#CFE6F5", "#FBE3B5", "#CDEBDD", "#F3D9E6")
 STRESS_MAP = "viridis"
 
 RESOLUTION = 200  # dots per inch
+# Width of what stands beside the axes [inch].
+LEGEND, COLOUR_BAR = 2.6, 0.9
 RC: dict[Any, Any] = {
     "axes.axisbelow": True,
     "axes.labelsize": 9,

@@ -1,16 +1,20 @@
-"""Pictures of the configurational force around a crack tip."""
+"""Pictures of what lies around a crack tip: points, forces, and what the domains give."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from cfmpm.grid import CrackTip, Floats, Grid
+from cfmpm.plotting.curves import draw_curve
 from cfmpm.plotting.mesh import Mesh, draw_grid
-from cfmpm.plotting.style import BLUE, GREEN, VERMILLION
+from cfmpm.plotting.style import BLUE, GREEN, GREY, VERMILLION
+from cfmpm.points import MaterialPoints
 
 # Length of the longest arrow as a part of the domain radius.
 LONGEST = 0.6
@@ -60,13 +64,79 @@ def draw_tip_forces(
     arrows: dict[str, Any] = {"color": BLUE, "width": 0.004, "label": label}
     axes.quiver(*grid.nodes[near].T, *nodal_cf[near].T, **arrows, **style)
     label = f"domain, radius {radius:.4g} mm"
-    circle = Circle((x[0], x[1]), radius, fill=False, color=GREEN, lw=1.2, ls="--", label=label)
-    circle.set_zorder(4)
-    axes.add_patch(circle)
-    axes.set_xlim(x[0] - 1.15 * radius, x[0] + 1.15 * radius)
-    axes.set_ylim(x[1] - 1.15 * radius, x[1] + 1.15 * radius)
+    axes.add_patch(_circle(x, radius, label=label))
+    _look_at(axes, x, radius)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
     return axes
+
+
+def draw_tip_points(
+    axes: Axes, grid: Grid, points: MaterialPoints, tip: CrackTip, radii: Sequence[float]
+) -> Axes:
+    """Draw grid and material points in the smallest domain around a tip.
+
+    Parameters
+    ----------
+    axes : Axes
+    grid : Grid
+    points : MaterialPoints
+    tip : CrackTip
+    radii : sequence of float
+        Of the domains [mm].
+
+    Returns
+    -------
+    Axes
+    """
+    x, radius = grid.nodes[tip.node], min(radii)
+    near = (np.abs(points.position - x) <= 1.15 * radius).all(axis=1)
+    draw_grid(axes, grid, colour=GREY)
+    label = f"material points, {len(points)} in all"
+    axes.plot(*points.position[near].T, "o", color=BLUE, ms=2.0, mew=0.0, zorder=2, label=label)
+    label = f"domain, radius {radius:.4g} mm, {radius / tip.h:.3g} elements at the tip"
+    axes.add_patch(_circle(x, radius, label=label))
+    _look_at(axes, x, radius)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+    return axes
+
+
+def draw_radii(axes: Axes, history: xr.Dataset) -> Axes:
+    """Draw G, J and the norm of CF at a tip against the radius of their domain.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        At one step and one tip.
+
+    Returns
+    -------
+    Axes
+        G and J do not depend on the domain in theory, CF in mixed mode does: how far they do here
+        is the uncertainty of the evaluation.
+    """
+    order = np.argsort(history["domain_radius"].values)
+    at = history.isel(radius=order)
+    for style, (name, label) in enumerate(
+        {"G_radius": "G from K_I and K_II", "J_radius": "J", "cf_norm_radius": "|CF|"}.items()
+    ):
+        draw_curve(axes, at["domain_radius"], at[name], label, style)
+    axes.set_xlabel("radius of the domain [mm]")
+    axes.set_ylabel("energy release rate, force [N/mm]")
+    axes.ticklabel_format(axis="y", useOffset=False)
+    axes.legend()
+    return axes
+
+
+def _circle(x: Floats, radius: float, label: str) -> Circle:
+    circle = Circle((x[0], x[1]), radius, fill=False, color=GREEN, lw=1.2, ls="--", label=label)
+    circle.set_zorder(4)
+    return circle
+
+
+def _look_at(axes: Axes, x: Floats, radius: float) -> None:
+    axes.set_xlim(x[0] - 1.15 * radius, x[0] + 1.15 * radius)
+    axes.set_ylim(x[1] - 1.15 * radius, x[1] + 1.15 * radius)
 
 
 def _degrees(force: Floats) -> float:

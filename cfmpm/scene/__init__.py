@@ -10,6 +10,7 @@ from cfmpm.scene.reading import (
     load_scene,
     placed,
     scene_from_dict,
+    scene_from_document,
 )
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "parse_override",
     "placed",
     "scene_from_dict",
+    "scene_from_document",
     "snap",
     "tip_points",
 ]

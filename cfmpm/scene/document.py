@@ -47,17 +47,31 @@ class Document:
             problems.append(Problem(reason, dotted(key), place.file, place.line, place.column))
         return SceneError(sorted(problems, key=lambda p: (p.line or 0, p.column or 0)))
 
-    def overridden(self, overrides: Mapping[str, Any]) -> Document:
-        """The document with some values replaced; `overrides` maps dotted keys to values."""
+    def overridden(
+        self, overrides: Mapping[str, Any], written: Mapping[str, Place] | None = None
+    ) -> Document:
+        """The document with some values replaced.
+
+        Parameters
+        ----------
+        overrides
+            Values by dotted keys.
+        written
+            Where overrides were written that stand in a file.
+        """
         data, places, problems = self.data, dict(self.places), []
+        written = written or {}
         for text, value in overrides.items():
-            place = Place(f"override {text}")
+            place = written.get(text, Place(f"override {text}"))
             try:
                 key = parse_key(text)
                 made = key[: _depth(data, key) + 1]
                 data = _replaced(data, key, value)
             except LookupError as error:
-                problems.append(Problem(str(error.args[0]), file=place.file))
+                of = text if text in written else ""
+                problems.append(
+                    Problem(str(error.args[0]), of, place.file, place.line, place.column)
+                )
                 continue
             # What the override has made or replaced is its own from here on.
             places = {k: p for k, p in places.items() if k[: len(made)] != made}

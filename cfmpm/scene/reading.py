@@ -36,7 +36,7 @@ def load_scene(path: str | os.PathLike[str], overrides: Mapping[str, Any] | None
         With every problem found, each with line and key.
     """
     document = read_document(Path(path)).overridden(overrides or {})
-    return _checked(document, Path(path).parent)
+    return scene_from_document(document, Path(path).parent)
 
 
 def scene_from_dict(
@@ -60,7 +60,7 @@ def scene_from_dict(
     SceneError
         With every problem found, each with its key.
     """
-    return _checked(Document(data, Place(source)).overridden(overrides or {}), Path())
+    return scene_from_document(Document(data, Place(source)).overridden(overrides or {}), Path())
 
 
 def placed(
@@ -104,7 +104,20 @@ def config_hash(scene: Scene) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _checked(document: Document, folder: Path) -> Scene:
+def scene_from_document(document: Document, folder: Path) -> Scene:
+    """Check a scene that has been read.
+
+    Parameters
+    ----------
+    document
+    folder
+        Where the relative path of a mesh file starts.
+
+    Raises
+    ------
+    SceneError
+        With every problem found, each with its place and key.
+    """
     data = document.data
     if not isinstance(data, Mapping):
         reason = f"must be a mapping with keys such as name and material; got {shown(data)}"

@@ -38,24 +38,24 @@ REASONS = {
 WITHOUT_VALUE = {"too_short", "too_long", "string_too_short", "refused", "recursion_loop"}
 
 
-def refusals(error: ValidationError, data: Any) -> dict[Key, str]:
-    """The first reason for each key at which `data` is wrong."""
+def refusals(error: ValidationError, data: Any, model: type[Model] = Scene) -> dict[Key, str]:
+    """The first reason for each key at which `data`, which should fit a model, is wrong."""
     found: dict[Key, str] = {}
     for detail in error.errors(include_url=False):
         key = _key(detail["loc"], data)
-        for inner, reason in _reasons(detail, key):
+        for inner, reason in _reasons(detail, key, model):
             found.setdefault(inner, reason)
     return found
 
 
-def _reasons(detail: ErrorDetails, key: Key) -> Iterator[tuple[Key, str]]:
+def _reasons(detail: ErrorDetails, key: Key, model: type[Model]) -> Iterator[tuple[Key, str]]:
     kind, ctx, value = detail["type"], detail.get("ctx", {}), detail["input"]
     name = str(detail["loc"][-1]) if detail["loc"] else ""
     if kind == "missing":
-        meaning = _model_at(detail["loc"][:-1]).model_fields[name].description
+        meaning = _model_at(detail["loc"][:-1], model).model_fields[name].description
         yield (*key, name), f"is missing: {meaning}" if meaning else "is missing"
     elif kind == "extra_forbidden":
-        fields = _model_at(detail["loc"][:-1]).model_fields
+        fields = _model_at(detail["loc"][:-1], model).model_fields
         yield key, "unknown key" + did_you_mean(name, fields)
     elif kind == "invalid_key":
         yield key, f"keys must be words, not {shown(detail['loc'][-1])}"
@@ -115,9 +115,9 @@ def _kind(model: type[Model]) -> str:
 KINDS = [_kind(model) for model in _models_in(Scene.model_fields["family"].annotation)]
 
 
-def _model_at(loc: tuple[str | int, ...]) -> type[Model]:
+def _model_at(loc: tuple[str | int, ...], model: type[Model]) -> type[Model]:
     """The model that refused a key at `loc`."""
-    models: list[type[Model]] = [Scene]
+    models: list[type[Model]] = [model]
     for part in loc:
         field = models[0].model_fields.get(str(part)) if len(models) == 1 else None
         if field is not None:

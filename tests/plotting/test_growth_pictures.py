@@ -9,13 +9,25 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
 from PIL import Image
 from structured import rectangle
 
+from cfmpm.accessor import tip_path
 from cfmpm.fields import build_fields
 from cfmpm.grid import build_grid
-from cfmpm.plotting import animate_growth, draw_angles, draw_load_displacement, draw_paths
-from cfmpm.plotting.growth import PARTS, tip_path
+from cfmpm.plotting import (
+    animate_growth,
+    draw_angles,
+    draw_energy,
+    draw_factors,
+    draw_load,
+    draw_load_displacement,
+    draw_paths,
+    draw_tip_cf,
+)
+from cfmpm.plotting.files import save_growth
+from cfmpm.plotting.growth import PARTS
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene import expand, scene_from_dict
 from cfmpm.simulation import run
@@ -140,6 +152,37 @@ def test_angles_stand_where_the_tip_ran(axes: Axes, history: xr.Dataset) -> None
     assert (shown["left: configurational force"][:, 1] <= 0.0).all()
 
 
+def test_load_against_the_growth_of_all_tips(axes: Axes, history: xr.Dataset) -> None:
+    load = [1.0, 1.5, 1.2, 0.9, np.nan]  # after the last one the body is in two parts
+    draw_load(axes, history.assign(load_factor=("step", load)))
+    shown = lines(axes)
+    # The second tip waits for a step.
+    np.testing.assert_allclose(shown[PARTS["unstable"][2]], [[3.0, 1.2], [5.0, 0.9]])
+    assert axes.get_ylim()[0] == 0.0
+    assert (axes.get_xlabel()[-4:], axes.get_ylabel()[-3:]) == ("[mm]", "[1]")
+
+
+def test_stress_intensity_factors_along_each_path(axes: Axes, history: xr.Dataset) -> None:
+    k = np.arange(10.0).reshape(5, 2)
+    tips = ("step", "tip")
+    draw_factors(axes, history.assign(K_I=(tips, k), K_II=(tips, -k)))
+    shown = lines(axes)
+    np.testing.assert_array_equal(shown["left: $K_I$"], [[i, 2.0 * i] for i in range(5)])
+    assert shown["right: $K_{II}$"][:, 1].tolist() == [-3.0, -5.0, -7.0, -9.0]
+    assert "MPa mm" in axes.get_ylabel()
+
+
+def test_energies_add_up(axes: Axes, history: xr.Dataset) -> None:
+    terms = {"external_work": 5.0, "strain_energy": 3.0, "fracture_energy": 1.5}
+    rise = np.arange(5.0)
+    draw_energy(axes, history.assign({k: ("step", v * rise) for k, v in terms.items()}))
+    shown = lines(axes)
+    np.testing.assert_array_equal(shown["work of the loads"][:, 1], 5.0 * rise)
+    np.testing.assert_allclose(shown["missing: work less both"][:, 1], 0.5 * rise)
+    assert shown["strain energy"][:, 0].tolist() == [0.0, 1.0, 3.0, 5.0, 7.0]
+    assert "[N mm/mm]" in axes.get_ylabel()
+
+
 def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
     result = run(scene_from_dict(SCENE))
     fields = build_fields(result)
@@ -154,3 +197,26 @@ def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
 def test_a_film_of_nothing_says_what_makes_fields(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"output\.every"):
         animate_growth(tmp_path, tmp_path / "film.gif")
+
+
+def test_forces_are_drawn_of_the_parts_that_move(tmp_path: Path) -> None:
+    result = run(scene_from_dict(SCENE))
+    paths = save_growth(tmp_path, result.history, result.scene, result.grid)
+    names = ["paths", "cf", "factors", "angles", "energy", "load", "force_top_y"]
+    assert [path.name for path in paths] == [f"{name}.png" for name in names]
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in paths}
+
+
+def test_arrows_that_would_cover_each_other_are_left_out(axes: Axes, history: xr.Dataset) -> None:
+    tips = ("step", "tip")
+    near = history.assign(
+        tip_x=history["tip_x"] * 0.1,  # steps of 0.1 in a plate of 20: one arrow every fourth
+        cf_x=(tips, np.ones((5, 2))),
+        cf_y=(tips, np.zeros((5, 2))),
+        cf_norm=(tips, np.ones((5, 2))),
+    )
+    draw_tip_cf(axes, near, expand(scene_from_dict(SCENE)))
+    left, right = (c for c in axes.collections if isinstance(c, Quiver))
+    assert left.X.tolist() == pytest.approx([0.0, 0.4])
+    assert right.X.tolist() == pytest.approx([0.9])
+    assert left.get_label() == "left: |CF| 1 N/mm"

@@ -21,12 +21,21 @@ from cfmpm.plotting import (
     Mesh,
     draw_deformed,
     draw_grid,
+    draw_radii,
     draw_scene,
     draw_tip_forces,
+    draw_tip_points,
     picture,
 )
 from cfmpm.plotting.deformed import magnification
-from cfmpm.plotting.files import save_deformed, save_scene, save_tip_forces
+from cfmpm.plotting.files import (
+    save_deformed,
+    save_radii,
+    save_scene,
+    save_tip_forces,
+    save_tip_points,
+)
+from cfmpm.points import seed
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import Result, run
 
@@ -65,6 +74,7 @@ def result() -> Result:
                     {"name": "weight", "body_force": [0, -1e-3]},
                 ],
                 "mesh": {"size": 1},
+                "fracture": {"radii": 2},
             }
         )
     )
@@ -124,6 +134,37 @@ def test_a_tip_without_force(axes: Axes, cracked: Grid) -> None:
     axes.figure.draw_without_rendering()
 
 
+def test_points_near_a_tip_and_all_of_them_counted(axes: Axes, cracked: Grid) -> None:
+    (tip,) = cracked.tips
+    points = seed(cracked)
+    draw_tip_points(axes, cracked, points, tip, [2.0, 1.0])
+    (drawn,) = (line for line in axes.lines if str(line.get_label()).startswith("material"))
+    near = (np.abs(points.position - [3.0, 2.0]) <= 1.15).all(axis=1)
+    np.testing.assert_array_equal(drawn.get_xydata(), points.position[near])
+    assert drawn.get_label() == f"material points, {len(points)} in all"
+    (circle,) = (p for p in axes.patches if isinstance(p, Circle))
+    assert circle.radius == 1.0  # the smallest domain
+    assert axes.get_xlim() == pytest.approx((3.0 - 1.15, 3.0 + 1.15))
+
+
+def test_what_the_domains_give_by_radius(axes: Axes) -> None:
+    by_radius = {
+        name: ("radius", values)
+        for name, values in {
+            "domain_radius": [4.0, 1.0, 2.0],
+            "G_radius": [1.4, 1.1, 1.2],
+            "J_radius": [2.4, 2.1, 2.2],
+            "cf_norm_radius": [3.4, 3.1, 3.2],
+        }.items()
+    }
+    draw_radii(axes, xr.Dataset(by_radius))
+    shown = {str(line.get_label()): line.get_xydata().tolist() for line in axes.lines}
+    assert shown["J"] == [[1.0, 2.1], [2.0, 2.2], [4.0, 2.4]]
+    assert shown["|CF|"] == [[1.0, 3.1], [2.0, 3.2], [4.0, 3.4]]
+    assert axes.get_xlabel().endswith("[mm]")
+    assert axes.get_ylabel().endswith("[N/mm]")
+
+
 def test_loads_and_supports_of_a_scene(axes: Axes, result: Result) -> None:
     draw_scene(axes, result.scene, result.grid, result.loading, [0.5])
     _, labels = axes.get_legend_handles_labels()
@@ -169,6 +210,17 @@ def test_the_deformed_grid_is_the_grid_moved(axes: Axes, fields: xr.Dataset) -> 
     assert colour_bar.get_ylabel() == "equivalent stress of von Mises [MPa]"
 
 
+def test_a_severed_body_is_drawn_without_stress(axes: Axes, fields: xr.Dataset) -> None:
+    # A part that moves as a whole: what stress there is comes from round-off.
+    moved = fields.copy(deep=True)
+    moved["u_x"][:], moved["u_y"][:] = 0.0, 0.1
+    moved["von_mises"][:] = 1e-9 * np.arange(fields.sizes["face"]) / fields.sizes["face"]
+    draw_deformed(axes, moved)
+    assert "free of stress" in axes.get_title()
+    (faces,) = collections(axes, PolyCollection)
+    assert faces.get_clim() == (0.0, 1.0)
+
+
 def test_a_mesh_from_fields_is_that_of_the_grid(result: Result, fields: xr.Dataset) -> None:
     read, made = Mesh.of_fields(fields), Mesh.of_grid(result.grid)
     for name in ("nodes", "faces", "element"):
@@ -193,8 +245,11 @@ def test_files_are_pictures(result: Result, fields: xr.Dataset, tmp_path: Path) 
         save_scene(tmp_path, result.scene, result.grid, result.loading, radii),
         save_deformed(tmp_path, fields),
         *save_tip_forces(tmp_path, fields, result.history),
+        *save_tip_points(tmp_path, result.body),
+        *save_radii(tmp_path, result.history),
     ]
-    names = ["cf_crack_1.png", "deformed.png", "scene.png"]
+    names = ["cf_crack_1", "deformed", "mesh_crack_1", "radii_crack_1", "scene"]
+    names = [f"{name}.png" for name in names]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
     for path in paths:
         assert np.ptp(imread(path)) > 0.5

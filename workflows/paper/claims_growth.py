@@ -12,7 +12,7 @@ import xarray as xr
 from cfmpm.grid import Floats
 from cfmpm.results import TIP_STATUS
 from workflows.paper.figures_growth import INCH, distance_to_path
-from workflows.paper.growth import reference, segment_angles, steps, tip_path
+from workflows.paper.growth import energy_released, reference, segment_angles, steps, tip_path
 from workflows.paper.table import Claim, write_table
 
 # G of the edge crack at u_y = 1 mm at each end, by crack length [N/mm]: converged T6 grids.
@@ -55,17 +55,22 @@ def _straight(e: Evidence, kind: str, n: int, label: str) -> Claim:
     largest, mean = np.abs(angles[resolved]).max(), np.abs(angles[resolved]).mean()
     allowed, allowed_mean = STRAIGHT[n]
     off = path[-1, 1] - 500.0
-    held = largest <= allowed and (mean <= allowed_mean or kind == "hoop"), abs(off) <= 2.0
+    crossed = TIP_STATUS[int(run.tip_status[-1])] == "arrived_boundary"
+    held = (
+        largest <= allowed and (mean <= allowed_mean or kind == "hoop"),
+        crossed and abs(off) <= 2.0,
+    )
     return Claim(
         f"5.2 Straight path, {label}, {n} points",
         f"angles within {allowed:g} deg",
         "0 deg by symmetry",
-        f"largest {largest:.2f}, mean {mean:.2f} deg; end {off:+.1f} mm off the "
-        f"middle ({str(run.ending.values).split(':')[0]})",
+        f"ends at y = {path[-1, 1]:.1f} mm ({str(run.ending.values).split(':')[0]})",
         _grade(*held),
-        f"end within 2 mm; angles of {resolved.sum()} of {len(angles)} segments, those whose "
-        "domain reaches over two elements: in front of the free edge it holds the tip elements "
-        "alone",
+        f"crosses the plate and ends within 2 mm; angles of {resolved.sum()} of {len(angles)} "
+        "segments, those whose domain reaches over two elements: in front of the free edge it "
+        "holds the tip elements alone",
+        error=f"largest {largest:.2f}, mean {mean:.2f} deg; end {off:+.1f} mm off the middle",
+        figures="9 10" if kind == "cf" else "10",
     )
 
 
@@ -78,16 +83,19 @@ def tip_against_domain(e: Evidence) -> Claim:
         at_tip = np.degrees(np.arctan2(run.cf_tip_y, run.cf_tip_x)).values - tangent
         ahead = slice(0, -3)
         found.append((np.abs(run.cf_angle.values[ahead]).max(), np.abs(at_tip[ahead]).max()))
+    better = [n for n, (domain, tip) in zip(STRAIGHT, found, strict=True) if domain < tip]
     return Claim(
         "5.2 Angle along the path: domain against tip node",
         "the domain scatters less",
         "0 deg by symmetry",
-        "; ".join(
+        "smaller on " + " and ".join(f"{n}" for n in better) + " points" if better else "nowhere",
+        "yes" if all(domain < tip for domain, tip in found) else "no",
+        "largest angle of CF from the crack, on the path that the domain gives",
+        error="; ".join(
             f"{n} points: domain {domain:.2f}, tip {tip:.2f} deg"
             for n, (domain, tip) in zip(STRAIGHT, found, strict=True)
         ),
-        "yes" if all(domain < tip for domain, tip in found) else "no",
-        "largest angle of CF from the crack, on the path that the domain gives",
+        figures="9",
     )
 
 
@@ -101,10 +109,10 @@ def fixed_grips(e: Evidence) -> Claim:
         "5.2 G at fixed grips, a = 100, 200, 300 mm",
         "",
         ", ".join(f"{value:g}" for value in FIXED_GRIPS.values()) + " N/mm",
-        ", ".join(f"{value:.2f}" for value in found)
-        + f" N/mm ({', '.join(f'{100 * error:+.2f}' for error in errors)} %)",
+        ", ".join(f"{value:.2f}" for value in found) + " N/mm",
         "yes" if np.abs(errors).max() <= 0.01 else "no",
         f"within 1 % on a uniform T6 grid, {int(run.n_points[0])} points",
+        error=", ".join(f"{100 * error:+.2f}" for error in errors) + " %",
     )
 
 
@@ -120,10 +128,10 @@ def snap_back(e: Evidence) -> Claim:
         "5.2 Equilibrium path (control: crack)",
         "",
         "work of the loads = strain energy + g_c times new length",
-        f"the grips go back from {opening[0]:.4f} to {opening.min():.4f} mm and forth again; "
-        f"balance of energy within {100 * missing:.2f} %",
+        f"the grips go back from {opening[0]:.4f} to {opening.min():.4f} mm and forth again",
         "yes" if 0 < opening.argmin() < len(opening) - 1 and missing < 0.005 else "no",
         "the grips turn, and the balance holds within 0.5 % up to three segments from the edge",
+        error=f"balance of energy within {100 * missing:.2f} %",
     )
 
 
@@ -140,17 +148,17 @@ def shear_path(e: Evidence) -> list[Claim]:
     }.items():
         path = tip_path(e.shear, name)
         run = steps(e.shear, name)
-        missed = np.interp(x, path[:, 0], path[:, 1]) - y
+        missed = np.interp(x, path[:, 0], path[:, 1], right=np.nan) - y
         claims.append(
             Claim(
                 f"5.3 Path under shear, {label}, {int(run.n_points[0])} points",
                 "turns down, then flattens",
                 "-14.68 deg; y - 80 = " + ", ".join(f"{v - 80:.3f}" for v in y),
-                f"{segment_angles(path)[0]:.2f} deg; "
-                + ", ".join(f"{v:+.3f}" for v in missed)
-                + f" mm from the reference; ends at y = {path[-1, 1]:.1f} mm",
+                f"{segment_angles(path)[0]:.2f} deg; ends at y = {path[-1, 1]:.1f} mm",
                 "yes" if np.abs(missed).max() <= SHEAR else "no",
                 f"within {SHEAR:g} mm at x = 40, 50, 60 mm",
+                error=", ".join(f"{v:+.3f}" for v in missed) + " mm",
+                figures="12" if name == "hoop_second_1.38" else "11",
             )
         )
     return claims
@@ -176,11 +184,11 @@ def holes_path(e: Evidence) -> list[Claim]:
                 f"5.4 Two holes, {label}, {int(run.n_points[0])} points",
                 "past the near hole, into the far one, point-symmetric",
                 "y = " + ", ".join(f"{v:.3f}" for v in y) + " at x = 2, 4, 6, 8, 10",
-                f"left {_signed(missed[0])}, right {_signed(missed[1])} mm; ends: "
-                + ", ".join(ends)
-                + f" ({str(run.ending.values).split(':')[0]})",
+                f"{', '.join(ends)} ({str(run.ending.values).split(':')[0]})",
                 _grade(near <= HOLES, set(ends) == {"arrived_hole"}),
                 f"within {HOLES:g} mm, and both end in the far hole",
+                error=f"left {_signed(missed[0])}, right {_signed(missed[1])} mm",
+                figures="13",
             )
         )
     return claims
@@ -203,6 +211,7 @@ def holes_conditions(e: Evidence) -> list[Claim]:
             "the same path" if same else "another path",
             "yes" if same else "no",
             "all places within 1e-6 mm",
+            figures="13",
         ),
         Claim(
             "5.4 Edges free to move sideways",
@@ -211,6 +220,7 @@ def holes_conditions(e: Evidence) -> list[Claim]:
             f"{_arrival(rollers, 'left_crack')} at ({end[0]:.2f}, {end[1]:.2f})",
             "yes" if np.hypot(*(end - [3.9, 5.2])) < 0.2 else "no",
             "within 0.2 mm: the edges of the paper cannot have been free",
+            figures="13",
         ),
         Claim(
             "5.4 The criterion is met to the end at u = 2 mm",
@@ -220,8 +230,63 @@ def holes_conditions(e: Evidence) -> list[Claim]:
             f"edge to {0.01 * least:.2f}",
             "yes" if least >= 1.0 else "no",
             "smallest CF of the left crack above g_c; 2 mm are read as 1 mm at each edge",
+            figures="14",
         ),
     ]
+
+
+def holes_energy(e: Evidence) -> list[Claim]:
+    """Where the work of the loads goes at two holes."""
+    return [_surplus(steps(e.holes, "cf")), _balance(steps(e.holes, "crack_control"))]
+
+
+def _surplus(run: xr.Dataset) -> Claim:
+    """At a load that is held, what the release rate exceeds g_c by is lost."""
+    lost = (run.external_work - run.strain_energy - run.fracture_energy).values
+    surplus = energy_released(run) - run.fracture_energy.values
+    last = np.flatnonzero(np.isfinite(surplus))[-1]
+    off = surplus[last] / lost[last] - 1.0
+    return Claim(
+        "5.4 Energy at the fixed displacement",
+        "",
+        "work of the loads = strain energy + g_c times new length + what G exceeds g_c by",
+        f"of {run.external_work.values[last]:.0f} N mm/mm {lost[last]:.0f} are neither stored nor "
+        f"g_c times new length; the sum of (J - g_c) da is {surplus[last]:.0f}: "
+        "what a real crack would turn into motion",
+        "yes" if abs(off) <= 0.005 else "no",
+        "sum within 0.5 % of what is lost, up to the first arrival: the cracks jump, and this "
+        "computation is quasi-static",
+        error=f"{100 * off:+.2f} %",
+        figures="14",
+    )
+
+
+def _balance(run: xr.Dataset) -> Claim:
+    """On the equilibrium path nothing is lost, but for the arrival at a hole."""
+    work, stored, spent = (
+        run[name].values for name in ("external_work", "strain_energy", "fracture_energy")
+    )
+    missing = (work - stored - spent) / work.max()
+    arrived = np.isin(run.tip_status, [TIP_STATUS.index(s) for s in TIP_STATUS if "arrived" in s])
+    first = int(np.flatnonzero(arrived.any(axis=1))[0])
+    before = np.abs(missing[:first]).max()
+    load = run.load_factor.values
+    # In a linear body energy goes with the square of the load.
+    at_held_grips = stored[first - 1] - stored[first] * (load[first - 1] / load[first]) ** 2
+    toughness = spent[first] - spent[first - 1]
+    return Claim(
+        "5.4 Energy along the equilibrium path (control: crack)",
+        "",
+        "work of the loads = strain energy + g_c times new length, but where a crack jumps",
+        f"as a crack breaks through to a hole, the last ligament releases {at_held_grips:.2f} N "
+        f"mm/mm at held grips, of which g_c takes {toughness:.2f}; the load of the next growth is "
+        f"{load[first] / load[first - 1]:.1f} times as high",
+        "yes" if before <= 0.005 and at_held_grips > toughness else "no",
+        "within 0.5 % up to the arrival, and the last ligament breaks by itself: the straight line "
+        "between two states, along which work is summed, is then not the way between them",
+        error=f"within {100 * before:.2f} % of the work up to the first arrival; that increment "
+        f"adds {100 * (missing[first] - missing[first - 1]):.1f} %",
+    )
 
 
 def beam_paths(e: Evidence) -> list[Claim]:
@@ -254,11 +319,13 @@ def _beam(e: Evidence, name: str, case: str, kink: float, label: str) -> Claim:
         f"5.5 Three holes, a = {int(case[:2]) / 10:g} in, x = {case[3]} in, {label}",
         paper,
         f"kink {kink:g} deg",
-        f"kink {first:.1f} deg; {missed:.2f} mm from the reference before the holes; gaps "
-        f"{max(bottom, 0.0):.1f} mm at the bottom, {max(middle, 0.0):.1f} mm at the middle hole; "
-        f"{_arrival(run, 'crack_1')} at ({inches[0]:.2f}, {inches[1]:.2f}) in",
+        f"kink {first:.1f} deg; gaps {max(bottom, 0.0):.1f} mm at the bottom, "
+        f"{max(middle, 0.0):.1f} mm at the middle hole; {_arrival(run, 'crack_1')} at "
+        f"({inches[0]:.2f}, {inches[1]:.2f}) in",
         _grade(missed <= BEAM, abs(first - kink) <= KINK),
         f"within {BEAM:g} mm of the reference before the holes, kink within {KINK:g} deg",
+        error=f"{missed:.2f} mm before the holes, kink {first - kink:+.1f} deg",
+        figures="15",
     )
 
 
@@ -282,6 +349,8 @@ def near_miss(e: Evidence) -> Claim:
         ", ".join(f"{g:.2f} mm (size {s})" for g, s in zip(gaps, sizes, strict=True)),
         "yes" if abs(gaps[-1] - np.mean(known)) < 0.3 and min(gaps) > 0.0 else "no",
         "no grid is caught; the finest passes within 0.3 mm of the references' distance",
+        error=f"{gaps[-1] - np.mean(known):+.2f} mm on the finest grid",
+        figures="16",
     )
 
 
@@ -293,6 +362,7 @@ CLAIMS: tuple[Callable[[Evidence], Claim | list[Claim]], ...] = (
     shear_path,
     holes_path,
     holes_conditions,
+    holes_energy,
     beam_paths,
     near_miss,
 )

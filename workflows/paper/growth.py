@@ -36,27 +36,38 @@ def write_growth(
     variants : mapping of str to mapping
         Values of the scene that a variant replaces, by dotted keys.
     path : Path
-        Of the netCDF file: the histories along a dimension variant; steps that a variant has not
-        are nan.
+        Of the netCDF file: the histories, as `stack` puts them together.
     """
     log = logging.getLogger(__name__)
-    rows, endings, configs = [], [], []
+    histories = {}
     for name, replaced in variants.items():
-        history = cfmpm.run(load_scene(scene_file, replaced)).history
-        log.info("%s: %d steps, %s", name, history.sizes["step"], history.attrs["ending"])
-        rows.append(history[list(KEPT)].isel(radius=-1, drop=True).reset_coords("load_factor"))
-        endings.append(history.attrs["ending"])
-        configs.append(history.attrs["config"])
+        histories[name] = cfmpm.run(load_scene(scene_file, replaced)).history
+        sizes, ending = histories[name].sizes, histories[name].attrs["ending"]
+        log.info("%s: %d steps, %s", name, sizes["step"], ending)
+    write_dataset(stack(histories), Path(path))
+
+
+def stack(histories: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Put histories along a dimension variant; steps that one of them has not are nan.
+
+    Parameters
+    ----------
+    histories : mapping of str to xarray.Dataset
+        By the name of the variant.
+    """
     dataset = xr.concat(
-        rows,
-        xr.Variable("variant", list(variants)),
+        [
+            history[list(KEPT)].isel(radius=-1, drop=True).reset_coords("load_factor")
+            for history in histories.values()
+        ],
+        xr.Variable("variant", list(histories)),
         join="outer",
         combine_attrs="drop_conflicts",
         fill_value={"tip_status": np.int8(TIP_STATUS.index("stopped"))},
     )
-    dataset["ending"] = ("variant", endings)
-    dataset["config"] = ("variant", configs)
-    write_dataset(dataset, Path(path))
+    for name in ("ending", "config"):
+        dataset[name] = "variant", [history.attrs[name] for history in histories.values()]
+    return dataset
 
 
 def tip_path(dataset: xr.Dataset, variant: str, tip: str | None = None) -> Floats:
@@ -86,6 +97,21 @@ def segment_angles(path: Floats) -> Floats:
     """Angles of the segments of a path from the x axis [deg]."""
     dx, dy = np.diff(path, axis=0).T
     return np.degrees(np.arctan2(dy, dx))
+
+
+def energy_released(run: xr.Dataset) -> Floats:
+    """Return the sum of J times new length over all tips, up to each step, (step,) [N].
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `steps`, with all its tips. The trapezoidal rule takes J between two steps for linear;
+        the sum ends, by nan, where a tip arrives, at which there is no J.
+    """
+    new = np.hypot(run.tip_x.diff("step"), run.tip_y.diff("step")).values
+    mean = 0.5 * (run.J.values[1:] + run.J.values[:-1])
+    released = np.where(new > 0.0, mean * new, 0.0).sum(axis=1)
+    return np.append(0.0, np.cumsum(released))
 
 
 def reference(name: str) -> Floats:

@@ -12,9 +12,15 @@ workdir: str(ROOT)
 sys.path.insert(0, str(ROOT))
 
 from workflows.job import let_scripts_import
+from workflows.lock import free_stale_lock, remove_leavings
 from workflows.settings import read_settings
 
 let_scripts_import(ROOT)
+ALIVE = free_stale_lock(ROOT / ".snakemake")
+
+
+onstart:
+    remove_leavings(ROOT / "results" / "paper", ROOT / "results" / "performance")
 
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
@@ -44,13 +50,6 @@ def measured(model):
     return {key: value for key, value in plain(model).items() if key != "scene"}
 
 
-def meshes_of_series(wildcards):
-    """The grids of one series."""
-    return {
-        wanted: plain(mesh) for wanted, mesh in PAPER.series[wildcards.series].items()
-    }
-
-
 def scene_of_study(wildcards):
     return STUDIES[wildcards.study].scene
 
@@ -63,3 +62,36 @@ def film_of_study(wildcards):
     """What of a study is filmed: the replaced values of one variant, and how often."""
     study = STUDIES[wildcards.study]
     return {"replaced": study.variants[study.film.variant], "every": study.film.every}
+
+
+# What the sections add to the whole, each by its own rules: figures and films to be made, the jobs
+# behind them, and tables of claims.
+SECTIONS, CLAIMS, FILMS = {}, {}, []
+
+
+def contribute(section, numbers, jobs):
+    """Add figures of the paper and the jobs that are timed."""
+    SECTIONS[section] = {
+        "figures": {n: f"results/paper/fig{n}.png" for n in numbers},
+        "benchmarks": [f"results/benchmarks/{name}.tsv" for name in jobs],
+    }
+
+
+def figure(number, shows, section):
+    """A figure of the paper as an item of Snakemake's report."""
+    return report(
+        f"results/paper/fig{number}.png",
+        caption=f"../report/fig{number}.rst",
+        category=section,
+        labels={"figure": str(number), "shows": shows},
+    )
+
+
+def claims(page, caption, section):
+    """A table of claims as an item of Snakemake's report."""
+    return report(
+        page,
+        caption=caption,
+        category=section,
+        labels={"figure": "table", "shows": "paper, reference, cfmpm"},
+    )

@@ -2,6 +2,7 @@
 
 GROWTH = "results/paper/growth"
 GROWN = {study: f"{GROWTH}/{study}.nc" for study in STUDIES}
+DRAWING = ["workflows/paper/figures_growth.py", *PLOTTING]
 
 
 rule growth:
@@ -43,9 +44,9 @@ rule film:
             labels={"film": "{study}"},
         ),
     log:
-        "results/logs/growth/film_{study}.log",
+        "results/logs/film/{study}.log",
     benchmark:
-        "results/benchmarks/growth/film_{study}.tsv"
+        "results/benchmarks/film/{study}.tsv"
     wildcard_constraints:
         study="|".join(STUDIES),
     threads: 1
@@ -60,209 +61,110 @@ rule film:
         "../scripts/film.py"
 
 
-rule fig9:
-    input:
-        growth=GROWN["edge"],
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
-    output:
-        picture=report(
-            "results/paper/fig9.png",
-            caption="../report/fig9.rst",
-            category="5.2 Edge crack grows",
-            labels={"figure": "9", "shows": "angle along the path"},
-        ),
-        data="results/paper/fig9.nc",
-    log:
-        "results/logs/growth/fig9.log",
-    benchmark:
-        "results/benchmarks/growth/fig9.tsv"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=5,
-    message:
-        "Fig. 9: angle along the path"
-    script:
-        "../scripts/fig9.py"
+EDGE = "5.2 Edge crack grows"
 
 
-rule fig10:
+rule section_5_2:
     input:
         growth=GROWN["edge"],
         scene=STUDIES["edge"].scene,
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
+        code=DRAWING,
     output:
-        picture=report(
-            "results/paper/fig10.png",
-            caption="../report/fig10.rst",
-            category="5.2 Edge crack grows",
-            labels={"figure": "10", "shows": "trajectories"},
-        ),
-        data="results/paper/fig10.nc",
+        fig9=figure(9, "angle along the path", EDGE),
+        fig9_data="results/paper/fig9.nc",
+        fig10=figure(10, "trajectories", EDGE),
+        fig10_data="results/paper/fig10.nc",
     log:
-        "results/logs/growth/fig10.log",
+        "results/logs/section_5_2.log",
     benchmark:
-        "results/benchmarks/growth/fig10.tsv"
+        "results/benchmarks/section_5_2.tsv"
     threads: 1
     resources:
         mem_mb=1000,
         runtime=5,
     message:
-        "Fig. 10: trajectories"
+        "Section 5.2: figures 9 and 10"
     script:
-        "../scripts/fig10.py"
+        "../scripts/section_5_2.py"
 
 
-rule fig11:
+contribute(EDGE, [9, 10], ["growth/edge", "section_5_2", "film/edge"])
+
+SHEAR = "5.3 Edge crack under shear"
+
+
+rule section_5_3:
     input:
         growth=GROWN["shear"],
         scene=STUDIES["shear"].scene,
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
+        code=DRAWING,
     output:
-        picture=report(
-            "results/paper/fig11.png",
-            caption="../report/fig11.rst",
-            category="5.3 Edge crack under shear",
-            labels={"figure": "11", "shows": "path"},
-        ),
-        data="results/paper/fig11.nc",
+        fig11=figure(11, "path", SHEAR),
+        fig11_data="results/paper/fig11.nc",
+        fig12=figure(12, "convergence", SHEAR),
+        fig12_data="results/paper/fig12.nc",
     log:
-        "results/logs/growth/fig11.log",
+        "results/logs/section_5_3.log",
     benchmark:
-        "results/benchmarks/growth/fig11.tsv"
+        "results/benchmarks/section_5_3.tsv"
     threads: 1
     resources:
         mem_mb=1000,
         runtime=5,
     message:
-        "Fig. 11: path"
+        "Section 5.3: figures 11 and 12"
     script:
-        "../scripts/fig11.py"
+        "../scripts/section_5_3.py"
 
 
-rule fig12:
-    input:
-        growth=GROWN["shear"],
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
-    output:
-        picture=report(
-            "results/paper/fig12.png",
-            caption="../report/fig12.rst",
-            category="5.3 Edge crack under shear",
-            labels={"figure": "12", "shows": "convergence"},
-        ),
-        data="results/paper/fig12.nc",
-    log:
-        "results/logs/growth/fig12.log",
-    benchmark:
-        "results/benchmarks/growth/fig12.tsv"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=5,
-    message:
-        "Fig. 12: convergence"
-    script:
-        "../scripts/fig12.py"
+contribute(SHEAR, [11, 12], ["growth/shear", "section_5_3", "film/shear"])
+
+HOLES = "5.4 Two holes, two cracks"
 
 
-rule fig13:
+rule section_5_4:
     input:
         growth=GROWN["holes"],
         scene=STUDIES["holes"].scene,
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
+        code=DRAWING,
     output:
-        picture=report(
-            "results/paper/fig13.png",
-            caption="../report/fig13.rst",
-            category="5.4 Two holes, two cracks",
-            labels={"figure": "13", "shows": "paths"},
-        ),
-        data="results/paper/fig13.nc",
+        fig13=figure(13, "paths", HOLES),
+        fig13_data="results/paper/fig13.nc",
+        fig14=figure(14, "driving force", HOLES),
+        fig14_data="results/paper/fig14.nc",
     log:
-        "results/logs/growth/fig13.log",
+        "results/logs/section_5_4.log",
     benchmark:
-        "results/benchmarks/growth/fig13.tsv"
+        "results/benchmarks/section_5_4.tsv"
     threads: 1
     resources:
         mem_mb=1000,
         runtime=5,
     message:
-        "Fig. 13: paths"
+        "Section 5.4: figures 13 and 14"
     script:
-        "../scripts/fig13.py"
+        "../scripts/section_5_4.py"
 
 
-rule fig14:
-    input:
-        growth=GROWN["holes"],
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
-    output:
-        picture=report(
-            "results/paper/fig14.png",
-            caption="../report/fig14.rst",
-            category="5.4 Two holes, two cracks",
-            labels={"figure": "14", "shows": "driving force"},
-        ),
-        data="results/paper/fig14.nc",
-    log:
-        "results/logs/growth/fig14.log",
-    benchmark:
-        "results/benchmarks/growth/fig14.tsv"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=5,
-    message:
-        "Fig. 14: driving force"
-    script:
-        "../scripts/fig14.py"
+contribute(HOLES, [13, 14], ["growth/holes", "section_5_4", "film/holes"])
+
+BEAM = "5.5 Beam with three holes"
 
 
-rule fig15:
+rule section_5_5:
     input:
         growth=GROWN["beam"],
         scene=STUDIES["beam"].scene,
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
+        code=DRAWING,
     output:
-        picture=report(
-            "results/paper/fig15.png",
-            caption="../report/fig15.rst",
-            category="5.5 Beam with three holes",
-            labels={"figure": "15", "shows": "paths"},
-        ),
-        data="results/paper/fig15.nc",
+        fig15=figure(15, "paths", BEAM),
+        fig15_data="results/paper/fig15.nc",
+        fig16=figure(16, "near-miss", BEAM),
+        fig16_data="results/paper/fig16.nc",
     log:
-        "results/logs/growth/fig15.log",
+        "results/logs/section_5_5.log",
     benchmark:
-        "results/benchmarks/growth/fig15.tsv"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=5,
-    message:
-        "Fig. 15: paths"
-    script:
-        "../scripts/fig15.py"
-
-
-rule fig16:
-    input:
-        growth=GROWN["beam"],
-        scene=STUDIES["beam"].scene,
-        code=["workflows/paper/figures_growth.py", *PLOTTING],
-    output:
-        picture=report(
-            "results/paper/fig16.png",
-            caption="../report/fig16.rst",
-            category="5.5 Beam with three holes",
-            labels={"figure": "16", "shows": "near-miss"},
-        ),
-        data="results/paper/fig16.nc",
-    log:
-        "results/logs/growth/fig16.log",
-    benchmark:
-        "results/benchmarks/growth/fig16.tsv"
+        "results/benchmarks/section_5_5.tsv"
     threads: 1
     resources:
         mem_mb=1000,
@@ -270,28 +172,30 @@ rule fig16:
     params:
         sizes=[12, 8, 5, 3],
     message:
-        "Fig. 16: near-miss"
+        "Section 5.5: figures 15 and 16"
     script:
-        "../scripts/fig16.py"
+        "../scripts/section_5_5.py"
+
+
+contribute(BEAM, [15, 16], ["growth/beam", "section_5_5", "film/beam"])
 
 
 rule claims_growth:
     input:
         **GROWN,
-        code="workflows/paper/claims_growth.py",
+        code=["workflows/paper/claims_growth.py", "workflows/paper/table.py"],
     output:
         table="results/paper/sections_5_2_to_5_5.csv",
         markdown="results/paper/sections_5_2_to_5_5.md",
-        page=report(
+        page=claims(
             "results/paper/sections_5_2_to_5_5.html",
-            caption="../report/claims_growth.rst",
-            category="5.2 to 5.5 Growing cracks",
-            labels={"figure": "table", "shows": "paper, reference, cfmpm"},
+            "../report/claims_growth.rst",
+            "5.2 to 5.5 Growing cracks",
         ),
     log:
-        "results/logs/growth/claims.log",
+        "results/logs/claims_growth.log",
     benchmark:
-        "results/benchmarks/growth/claims.tsv"
+        "results/benchmarks/claims_growth.tsv"
     threads: 1
     resources:
         mem_mb=1000,
@@ -300,3 +204,7 @@ rule claims_growth:
         "Sections 5.2 to 5.5: deciding the paper's claims"
     script:
         "../scripts/claims_growth.py"
+
+
+CLAIMS["5.2 to 5.5"] = "results/paper/sections_5_2_to_5_5.csv"
+FILMS += [f"results/paper/{study}.gif" for study in STUDIES]

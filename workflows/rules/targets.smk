@@ -1,12 +1,6 @@
 # What is asked for by name. A rule's name cannot hold a hyphen, but an anonymous rule's can.
-# There is no default target: Snakemake takes none from an included file.
 
-REPRODUCED = [
-    *expand("results/paper/fig{n}.png", n=[4, 5, 6, 7, *range(9, 17)]),
-    "results/paper/section_5_1.html",
-    "results/paper/sections_5_2_to_5_5.html",
-    *expand("results/paper/{study}.gif", study=STUDIES),
-]
+REPRODUCED = [*rules.overview.input.figures, *FILMS, rules.overview.output.page]
 
 
 rule:

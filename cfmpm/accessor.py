@@ -1,0 +1,237 @@
+"""The history of a run in the hands of its user: how it is opened, and the accessor ``ds.cfmpm``.
+
+Importing this module registers the accessor. All of cfmpm that hands out a history does so:
+`open_history` and :func:`cfmpm.run`. ``import cfmpm`` by itself does not, since xarray takes a
+hundred times as long to import; a dataset opened by xarray needs ``import cfmpm.accessor``.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from cfmpm.errors import Problem, SceneError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from matplotlib.axes import Axes
+
+    from cfmpm.grid import Grid
+    from cfmpm.scene import Scene
+
+_DIMENSIONS = {"step", "tip", "radius", "boundary", "phase"}
+
+
+def open_history(path: str | Path) -> xr.Dataset:
+    """Read the history of a run into memory.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder of the run, or its history.nc.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the accessor `History` as ``cfmpm``.
+
+    Raises
+    ------
+    SceneError
+        Where there is no history.
+    """
+    path = Path(path)
+    return read_result(path / "history.nc" if path.is_dir() else path, "domain_radius")
+
+
+def read_result(path: Path, variable: str) -> xr.Dataset:
+    """Read a dataset of cfmpm into memory.
+
+    Parameters
+    ----------
+    path : Path
+    variable : str
+        By which it is known that the dataset is what it should be.
+
+    Raises
+    ------
+    SceneError
+        Where it is not.
+    """
+    if not path.is_file():
+        raise SceneError([Problem("no such result; cfmpm run makes one", file=str(path))])
+    try:
+        dataset = xr.load_dataset(path, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = f"cannot be read as netCDF: {getattr(error, 'strerror', None) or error}"
+        raise SceneError([Problem(reason, file=str(path))]) from None
+    if variable not in dataset or not {"config", "config_hash"} <= dataset.attrs.keys():
+        reason = "is not what cfmpm run writes; give the folder of a run, or its history.nc"
+        raise SceneError([Problem(reason, file=str(path))])
+    return dataset
+
+
+@xr.register_dataset_accessor("cfmpm")
+class History:
+    """What can be asked of the history of one run: ``ds.cfmpm``.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of one run; of a study, one member.
+
+    Raises
+    ------
+    ValueError
+        Where the dataset is no history, or holds several runs.
+    """
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        if "tip_x" not in dataset:
+            raise ValueError("not the history of a run: it has no variable tip_x")
+        several = [str(name) for name in dataset["tip_x"].dims if name not in _DIMENSIONS]
+        if several:
+            raise ValueError(
+                f"holds several runs: choose one along {', '.join(several)}, such as "
+                f"ds.isel({several[0]}=0).cfmpm"
+            )
+        self._history = dataset
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the run, from the configuration that the history carries.
+
+        Raises
+        ------
+        SceneError
+            Where that is damaged.
+        """
+        from cfmpm.scene import scene_from_dict
+
+        place = str(self._history.encoding.get("source", "history"))
+        try:
+            config: dict[str, Any] = json.loads(self._history.attrs["config"])
+        except ValueError:
+            raise SceneError([Problem("its attribute config is damaged", file=place)]) from None
+        return scene_from_dict(config, f"{place}: config")
+
+    def path(self) -> dict[str, NDArray[np.float64]]:
+        """Return where each tip has been.
+
+        Returns
+        -------
+        dict of str to (k, 2) float
+            For each tip its places [mm], each once, from where the run began: of a tip that never
+            ran a single one.
+        """
+        names = self._history["tip"].values
+        return {str(name): tip_path(self._history, str(name)) for name in names}
+
+    def plot_path(
+        self,
+        axes: Axes | None = None,
+        reference: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    ) -> Axes:
+        """Draw the paths of the tips over the body.
+
+        Parameters
+        ----------
+        axes : Axes, optional
+            Default: of a new figure.
+        reference : (k, 2) float or mapping of str to (k, 2) float, optional
+            Points of other paths to compare with [mm], by their name in the legend.
+
+        Returns
+        -------
+        Axes
+        """
+        from cfmpm.plotting import draw_paths
+
+        return self._drawn(draw_paths, axes, reference)
+
+    def plot_cf(self, axes: Axes | None = None) -> Axes:
+        """Draw the configurational force at each place of each tip.
+
+        Parameters
+        ----------
+        axes : Axes, optional
+            Default: of a new figure.
+
+        Returns
+        -------
+        Axes
+        """
+        from cfmpm.plotting import draw_tip_cf
+
+        return self._drawn(draw_tip_cf, axes)
+
+    def energy_balance(self) -> xr.Dataset:
+        """Account for the work of the loads.
+
+        Returns
+        -------
+        xarray.Dataset
+            By step [N mm per mm of thickness]: ``external_work``, ``strain_energy``,
+            ``fracture_energy``, and what is ``missing``, the first less the other two. At a load
+            that makes a crack just run this is the error of the steps; at a load above that it is
+            also what is set free beyond g_c. Without g_c it is nan as soon as a crack grows.
+        """
+        names = ["external_work", "strain_energy", "fracture_energy"]
+        terms = self._history[names]
+        missing = terms["external_work"] - terms["strain_energy"] - terms["fracture_energy"]
+        missing.attrs = {
+            "units": self._history["external_work"].attrs.get("units", "N"),
+            "long_name": "work of the loads less strain energy less fracture energy",
+        }
+        return terms.assign(missing=missing).assign_attrs(
+            title=f"Energy balance of {self._history.attrs.get('title', 'a run')}"
+        )
+
+    def _drawn(self, draw: Callable[..., Axes], axes: Axes | None, *more: Any) -> Axes:
+        """Draw over the body, by default in a new figure that fits it, which a notebook shows."""
+        body = self._body()
+        if axes is not None:
+            return draw(axes, self._history, body, *more)
+        import matplotlib.pyplot as plt
+
+        from cfmpm.plotting.paths import corners_of
+        from cfmpm.plotting.style import LEGEND, RC, size_around
+
+        with plt.rc_context(RC):
+            size = size_around(corners_of(body), LEGEND)
+            _, axes = plt.subplots(figsize=size, layout="constrained")
+            return draw(axes, self._history, body, *more)
+
+    def _body(self) -> Scene | Grid:
+        """The scene with its geometry; of a mesh file its grid before growth."""
+        scene = self.scene
+        if scene.mesh_file is not None:
+            from cfmpm.body import build
+
+            return build(scene).grid
+        from cfmpm.scene import expand
+
+        return expand(scene)
+
+
+def tip_path(history: xr.Dataset, tip: str) -> NDArray[np.float64]:
+    """Return the places at which a tip has been, each once, (k, 2) [mm]."""
+    of_tip = history.sel(tip=tip)
+    places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
+    places = places[np.isfinite(places).all(axis=1)]  # a study fills shorter runs up with nan
+    moved = np.ones(len(places), bool)
+    moved[1:] = np.diff(places, axis=0).any(axis=1)
+    return places[moved]
+
+
+def new_length(history: xr.Dataset) -> NDArray[np.float64]:
+    """Return how far all tips together have run at each step, (step,) [mm]."""
+    places = history[["tip_x", "tip_y"]].transpose("step", "tip")
+    steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
+    return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])

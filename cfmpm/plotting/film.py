@@ -1,0 +1,92 @@
+"""A film of the deformed grid as cracks grow."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.animation import PillowWriter
+from matplotlib.figure import Figure
+
+from cfmpm.plotting.deformed import draw_deformed, magnification
+from cfmpm.plotting.mesh import Mesh
+from cfmpm.plotting.style import COLOUR_BAR, RC, size_around
+from cfmpm.series import list_fields
+
+RESOLUTION = 100  # dots per inch
+
+
+def animate_growth(
+    frames: Path | Sequence[Path | xr.Dataset],
+    path: Path,
+    *,
+    stress: str = "von_mises",
+    per_second: float = 8.0,
+) -> Path:
+    """Write a film of the deformed grid as the cracks grow.
+
+    Parameters
+    ----------
+    frames : Path or sequence of Path or Dataset
+        Folder of a run with ``output.every``, or its fields in the order of the film. One is held
+        in memory at a time.
+    path : Path
+        A GIF file. It is written aside and renamed.
+    stress : str
+        A variable on the faces.
+    per_second : float
+        Frames per second.
+
+    Returns
+    -------
+    Path
+        Of the film. Magnification and colours are the same in all frames.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where a folder holds no fields by step.
+    """
+    if isinstance(frames, str | Path):
+        frames = list_fields(Path(frames))
+    largest, highest = 0.0, []
+    for fields in _opened(frames):
+        last = fields.isel(time=-1)
+        u, nodes = np.column_stack([last["u_x"], last["u_y"]]), Mesh.of_fields(fields).nodes
+        largest = max(largest, float(np.hypot(*u.T).max()))
+        highest.append(np.percentile(last[stress].values, [1.0, 97.0]))
+    low, high = np.min(highest, axis=0)[0], np.median(highest, axis=0)[1]
+    factor = magnification(np.array([[largest, 0.0]]), nodes)
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (
+        matplotlib.rc_context(RC),
+        tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as aside,
+    ):
+        figure = Figure(figsize=size_around(nodes, COLOUR_BAR), layout="constrained")
+        # Pillow takes a fraction, whatever matplotlib has typed.
+        writer = PillowWriter(fps=per_second)  # type: ignore[arg-type]
+        with writer.saving(figure, Path(aside) / path.name, RESOLUTION):
+            for fields in _opened(frames):
+                figure.clear()
+                axes = figure.add_subplot()
+                draw_deformed(axes, fields, stress, factor=factor, limits=(low, high))
+                step, load = fields["time"].values[-1], fields["load_factor"].values[-1]
+                axes.set_title(f"step {step:g}, load factor {load:.3f}, displacement × {factor:g}")
+                writer.grab_frame()
+        os.replace(Path(aside) / path.name, path)
+    return path
+
+
+def _opened(frames: Sequence[Path | xr.Dataset]) -> Iterator[xr.Dataset]:
+    for frame in frames:
+        if isinstance(frame, xr.Dataset):
+            yield frame
+        else:
+            with xr.open_dataset(frame, engine="netcdf4", mask_and_scale=False) as fields:
+                yield fields

@@ -1,0 +1,157 @@
+"""Pictures of where crack tips have been, and of the force that drove them there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
+from numpy.typing import ArrayLike, NDArray
+
+from cfmpm.accessor import tip_path
+from cfmpm.grid import Floats, Grid
+from cfmpm.plotting.curves import STYLES
+from cfmpm.plotting.mesh import Mesh, draw_grid
+from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, length_axes
+from cfmpm.scene.geometry import Body
+from cfmpm.scene.model import Scene
+
+# Length of the longest arrow as a part of the size of the body.
+LONGEST = 0.08
+# Distance that a tip goes from one arrow to the next, in the same unit.
+APART = 0.02
+
+
+def draw_paths(
+    axes: Axes,
+    history: xr.Dataset,
+    body: Scene | Grid | Mesh,
+    reference: ArrayLike | Mapping[str, ArrayLike] | None = None,
+) -> Axes:
+    """Draw the paths of the crack tips over the outline of the body and its holes.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of a growth run.
+    body : Scene or Grid or Mesh
+        A scene gives the outline and the initial cracks; a grid is drawn with its elements.
+    reference : (k, 2) float or mapping of str to (k, 2) float, optional
+        Points of other paths to compare with [mm], by their name in the legend.
+
+    Returns
+    -------
+    Axes
+        With a dot at each increment, and a cross where a tip has arrived or stopped.
+    """
+    _draw_body(axes, body)
+    for i, name in enumerate(history["tip"].values):
+        colour, _ = STYLES[i % len(STYLES)]
+        path = tip_path(history, str(name))
+        axes.plot(*path.T, "-o", color=colour, lw=1.2, ms=2.0, zorder=4, label=str(name))
+        axes.plot(*path[-1], "x", color=colour, ms=6.0, mew=1.4, zorder=5)
+    if reference is not None:
+        named = reference if isinstance(reference, Mapping) else {"reference": reference}
+        for (name, points), marker in zip(named.items(), "s^Dv", strict=False):
+            style: dict[str, Any] = {"mfc": "none", "mec": BLACK, "ms": 4.5, "mew": 0.8}
+            axes.plot(*np.asarray(points, float).T, marker, zorder=3, label=name, **style)
+    return _framed(axes)
+
+
+def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> Axes:
+    """Draw the configurational force on the largest domain at each place of each tip.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+    body : Scene or Grid or Mesh
+        As in `draw_paths`.
+
+    Returns
+    -------
+    Axes
+        All arrows have one scale; the legend states the least and the largest norm at each tip.
+        Where places lie close together some go without an arrow.
+    """
+    _draw_body(axes, body)
+    size = float(np.ptp(corners_of(body), axis=0).max())
+    scale = float(history["cf_norm"].max()) / (LONGEST * size) or 1.0
+    for i, name in enumerate(history["tip"].values):
+        colour, _ = STYLES[i % len(STYLES)]
+        of_tip = history.sel(tip=name)
+        norm = of_tip["cf_norm"].values
+        axes.plot(*tip_path(history, str(name)).T, "-", color=colour, lw=0.8, zorder=3)
+        if np.isnan(norm).all():
+            continue
+        places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
+        shown = _apart(places, np.isfinite(norm), APART * size)
+        x, y, cf_x, cf_y = (of_tip[k].values[shown] for k in ("tip_x", "tip_y", "cf_x", "cf_y"))
+        label = f"{name}: |CF| {_range(norm)} N/mm"
+        axes.quiver(
+            *(x, y, cf_x, cf_y),
+            angles="xy",
+            scale_units="xy",
+            scale=scale,
+            width=0.003,
+            minlength=0.0,
+            color=colour,
+            label=label,
+            zorder=4,
+        )
+        axes.update_datalim(np.column_stack([x + cf_x / scale, y + cf_y / scale]))
+    return _framed(axes)
+
+
+def corners_of(body: Scene | Grid | Mesh) -> Floats:
+    """Return points that span a body, (k, 2) [mm]."""
+    if isinstance(body, Scene):
+        return np.array(Body.of(body).outline.exterior.coords)
+    return body.nodes
+
+
+def _apart(places: Floats, eligible: NDArray[np.bool_], distance: float) -> list[int]:
+    """Choose eligible places, each at least a distance from the one before."""
+    chosen: list[int] = []
+    for i in np.flatnonzero(eligible).tolist():
+        if not chosen or np.hypot(*(places[i] - places[chosen[-1]])) >= distance:
+            chosen.append(i)
+    return chosen
+
+
+def _range(values: Floats) -> str:
+    low, high = (f"{bound(values):.4g}" for bound in (np.nanmin, np.nanmax))
+    return low if low == high else f"{low} to {high}"
+
+
+def _framed(axes: Axes) -> Axes:
+    axes.autoscale_view()
+    length_axes(axes)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return axes
+
+
+def _draw_body(axes: Axes, body: Scene | Grid | Mesh) -> None:
+    """Draw the elements of a grid, or outline, holes and initial cracks of a scene."""
+    if not isinstance(body, Scene):
+        draw_grid(axes, body, colour=LIGHT_GREY, width=0.3)
+        return
+    shape = Body.of(body)
+    polygon = shape.polygon
+    parts = []
+    for part in getattr(polygon, "geoms", [polygon]):
+        rings = [part.exterior, *part.interiors]
+        parts.append(
+            PathPatch(Outline.make_compound_path(*(Outline(ring.coords) for ring in rings)))
+        )
+    axes.add_collection(
+        PatchCollection(parts, facecolor=REGIONS[0], edgecolor=BLACK, linewidth=0.8)
+    )
+    lines = [np.array(crack.points) for crack in shape.geometry.cracks]
+    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=1.8, zorder=3))

@@ -1,0 +1,216 @@
+"""All members of a study as one labelled dataset."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from cfmpm.results import TIP_STATUS, VARIABLES, origin
+from cfmpm.study import layout
+from cfmpm.study.member import Outcome
+from cfmpm.study.reading import Plan, program_hash
+
+Values = NDArray[Any]
+# Steps at which a tip or the body has not been evaluated: those of the last position only.
+NO_STATUS = -1
+
+
+def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
+    """Gather outcomes into a dataset with a dimension for each parameter.
+
+    Parameters
+    ----------
+    plan : Plan
+    outcomes : mapping of str to Outcome
+        By the keys of the members; one that is not there has status ``not_run``.
+
+    Returns
+    -------
+    xarray.Dataset
+        The quantities of `results.VARIABLES` over the parameters, tips, radii and boundaries, and
+        where any crack grows over the steps, filled up with nan; then with the last value of each
+        as ``final_<name>`` besides. Failed members have nan, or the steps before they failed.
+    """
+    found = [outcomes.get(member.key) for member in plan.members]
+    growing = any(member.scene.growth is not None for member in plan.members)
+    labels = {
+        name: _labels([one.labels.get(name, []) for one in found if one is not None])
+        for name in ("tip", "boundary")
+    }
+    data = _stacked(found, labels)
+    if not growing:
+        data = data.isel(step=0, drop=True) if data.sizes.get("step") else data
+    radii = {tuple(one.labels["radius"]) for one in found if one is not None and one.labels}
+    if len(radii) == 1:
+        data = data.assign_coords(
+            radius=("radius", list(*radii), {"units": "mm", "long_name": "domain radius"})
+        )
+    data = data.assign(_of_members(plan, found))
+    if growing:
+        data = data.assign(_from_steps(data))
+    start = data.isel(step=0) if growing and "step" in data.dims else data
+    if "critical_load_factor" in start:
+        _, units, long_name = layout.AT_START["fracture_load_factor"]
+        least = start["critical_load_factor"].min("tip")
+        data["fracture_load_factor"] = least.assign_attrs(units=units, long_name=long_name)
+    return _unfolded(plan, data).assign_attrs(_attributes(plan))
+
+
+def _labels(lists: Sequence[Sequence[str]]) -> list[str]:
+    """All names, in the order in which they first appear."""
+    return list(dict.fromkeys(name for names in lists for name in names))
+
+
+def _stacked(found: Sequence[Outcome | None], labels: Mapping[str, list[str]]) -> xr.Dataset:
+    """Quantities of all members along one dimension, ``member``."""
+    solved = [(i, one) for i, one in enumerate(found) if one is not None and one.quantities]
+    meanings: dict[str, tuple[tuple[str, ...], np.dtype[Any], dict[str, Any]]] = {}
+    sizes = {name: len(names) for name, names in labels.items()}
+    for _, one in solved:
+        for name, (dims, values, attributes) in one.quantities.items():
+            meanings.setdefault(name, (dims, values.dtype, attributes))
+            for dim, size in zip(dims, values.shape, strict=True):
+                if dim not in labels:
+                    sizes[dim] = max(size, sizes.get(dim, 0))
+    rows = [
+        (i, one, {dim: [names.index(n) for n in one.labels[dim]] for dim, names in labels.items()})
+        for i, one in solved
+    ]
+    variables = {}
+    for name, (dims, dtype, attributes) in meanings.items():
+        whole = np.full(
+            (len(found), *(sizes[dim] for dim in dims)), _missing(name, dtype), dtype=dtype
+        )
+        for i, one, places in rows:
+            if name in one.quantities:
+                values = one.quantities[name][1]
+                at = [
+                    places.get(dim, range(size))
+                    for dim, size in zip(dims, values.shape, strict=True)
+                ]
+                whole[i][np.ix_(*at)] = values
+        variables[name] = (("member", *dims), whole, _with_missing(name, attributes))
+    coords = {
+        name: (name, np.array(names, dtype=object), {"long_name": meaning})
+        for (name, names), meaning in zip(labels.items(), ("crack tip", "loaded part"), strict=True)
+        if names
+    }
+    if "step" in sizes:
+        steps = np.arange(1, sizes["step"] + 1)
+        coords["step"] = ("step", steps, {"long_name": "load or growth step"})
+    return xr.Dataset(variables, coords)
+
+
+def _missing(name: str, dtype: np.dtype[Any]) -> float:
+    if name == "tip_status":
+        return NO_STATUS
+    return np.nan if dtype.kind == "f" else 0
+
+
+def _with_missing(name: str, attributes: Mapping[str, Any]) -> dict[str, Any]:
+    if name != "tip_status":
+        return dict(attributes)
+    return {
+        **attributes,
+        "flag_values": np.arange(NO_STATUS, len(TIP_STATUS), dtype=np.int8),
+        "flag_meanings": " ".join(("none", *TIP_STATUS)),
+    }
+
+
+def _of_members(plan: Plan, found: Sequence[Outcome | None]) -> dict[str, Any]:
+    """What became of each member."""
+    texts = {
+        name: ["" if one is None else one.texts.get(name, "") for one in found]
+        for name in ("ending", "warnings", "solver")
+    }
+    status = ["not_run" if one is None else one.status for one in found]
+    columns: dict[str, Any] = {
+        "status": np.array([layout.STATUS.index(word) for word in status], np.int8),
+        "reason": ["" if one is None else one.reason for one in found],
+        **texts,
+        "member_key": [member.key for member in plan.members],
+        "run_time": np.array([np.nan if one is None else one.seconds for one in found]),
+    }
+    variables = {}
+    for name, (units, long_name) in layout.OF_MEMBERS.items():
+        attributes: dict[str, Any] = {"long_name": long_name}
+        if units:
+            attributes["units"] = units
+        if name == "status":
+            attributes["flag_values"] = np.arange(len(layout.STATUS), dtype=np.int8)
+            attributes["flag_meanings"] = " ".join(layout.STATUS)
+        values = columns[name] if units else np.array(columns[name], dtype=object)
+        variables[name] = ("member", values, attributes)
+    return variables
+
+
+def _from_steps(data: xr.Dataset) -> dict[str, xr.DataArray]:
+    """What the steps come to: last known values, lengths, counts."""
+    if "step" not in data.dims:  # every member failed before its first step
+        return {}
+    found = {}
+    for name in layout.LAST:
+        one = data[name]
+        known = one != NO_STATUS if name == "tip_status" else one.notnull()
+        # Counted from the end: the first known value is the last one.
+        last = data.sizes["step"] - 1 - known.isel(step=slice(None, None, -1)).argmax("step")
+        attributes = dict(one.attrs)
+        attributes["long_name"] = f"{attributes['long_name']}; last known value"
+        found[f"final_{name}"] = one.isel(step=last).drop_vars("step").assign_attrs(attributes)
+    segments = data["tip_x"].diff("step") ** 2 + data["tip_y"].diff("step") ** 2
+    reached = data["tip_x"].max("tip").count("step")
+    columns = {
+        "increments": (reached - 1).where(reached > 0),
+        "peak_load_factor": data["load_factor"].max("step"),
+        "path_length": (segments**0.5).sum("step").where(data["tip_x"].count("step") > 0),
+    }
+    for name, (_, units, long_name) in layout.FROM_STEPS.items():
+        found[name] = columns[name].assign_attrs(units=units, long_name=long_name)
+    return found
+
+
+def _unfolded(plan: Plan, data: xr.Dataset) -> xr.Dataset:
+    """The dimension ``member`` as one for each axis of the study."""
+    names, sizes = [axis.name for axis in plan.axes], [len(axis) for axis in plan.axes]
+    variables = {}
+    for name, one in data.data_vars.items():
+        one = one.transpose("member", ...)
+        values = one.values.reshape(*sizes, *one.shape[1:])
+        variables[name] = ((*names, *one.dims[1:]), values, one.attrs)
+    keys = {name: parameter.key for _, name, parameter in plan.study.parameters()}
+    coords: dict[str, Any] = {
+        name: (axis.name, _coordinate(along), layout.described(plan.members[0].scene, keys[name]))
+        for axis in plan.axes
+        for name, along in axis.values.items()
+    }
+    coords |= {str(name): data.coords[name] for name in data.dims if name in data.coords}
+    return xr.Dataset(variables, coords)
+
+
+def _coordinate(values: Sequence[Any]) -> Values:
+    """Values of a parameter: numbers as numbers, all else as text."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array(values)
+    return np.array(
+        [value if isinstance(value, str) else json.dumps(value) for value in values], dtype=object
+    )
+
+
+def _attributes(plan: Plan) -> dict[str, Any]:
+    study = plan.study
+    return {
+        **origin(study.name, study.description or f"Parameter study {study.name}", "study"),
+        "comment": "study and base are JSON text; no number depends on the number of processes",
+        "study": json.dumps(study.model_dump(mode="json", exclude_defaults=True), sort_keys=True),
+        "base": json.dumps(plan.base, sort_keys=True),
+        "program": program_hash(),
+    }
+
+
+# The names of the history that the summary relies on.
+assert set(layout.LAST) <= set(VARIABLES)

@@ -1,0 +1,77 @@
+"""What the dataset of a study holds, by name."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from cfmpm.results import VARIABLES
+from cfmpm.scene import Scene
+from cfmpm.scene.document import parse_key
+from cfmpm.scene.model import Model
+from cfmpm.study.expansion import SAMPLE
+
+STATUS = ("done", "failed", "not_run")
+# Dimensions that members bring along.
+DIMENSIONS = ("step", "tip", "radius", "boundary")
+# Of every member, whatever its scene: units, long name. Text where no units are given.
+OF_MEMBERS: dict[str, tuple[str, str]] = {
+    "status": ("1", "what became of the member"),
+    "reason": ("", "why the member failed"),
+    "ending": ("", "why the run of the member ended"),
+    "warnings": ("", "what is doubtful about the member, JSON text"),
+    "solver": ("", "linear solver of the member"),
+    "member_key": ("", "hash of the member's effective configuration and of the program"),
+    "run_time": ("s", "wall time of the member"),
+}
+# Of stationary and of growing cracks.
+AT_START: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "fracture_load_factor": ((), "1", "load factor at which G reaches g_c at the first tip"),
+}
+# Of growing cracks alone, from their steps.
+FROM_STEPS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "increments": ((), "1", "number of increments of growth"),
+    "peak_load_factor": ((), "1", "largest load factor of all steps"),
+    "path_length": (("tip",), "mm", "length of the path that the tip has run"),
+}
+# Variables of the history of which the last known value is given besides all steps.
+LAST = (
+    *("tip_x", "tip_y", "crack_length", "tip_status"),
+    *("cf_norm", "cf_angle", "J", "G", "K_I", "K_II", "T_stress"),
+    *("strain_energy", "external_work", "fracture_energy"),
+)
+RESERVED = {
+    *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_MEMBERS, *AT_START, *FROM_STEPS),
+    *("load_factor", "stability", "cycles"),
+    *(f"final_{name}" for name in LAST),
+    *(f"{name}_spread" for name in VARIABLES),
+}
+
+
+def described(scene: Scene, key: str) -> dict[str, str]:
+    """What the model of a scene says about a key: `key`, and `long_name` and `units` if it does.
+
+    Parameters
+    ----------
+    scene : Scene
+        In which the key is given.
+    key : str
+        Dotted.
+    """
+    attributes = {"key": key}
+    here: Any = scene
+    text = ""
+    for part in parse_key(key):
+        if isinstance(here, Model) and isinstance(part, str):
+            text = type(here).model_fields[part].description or ""
+            here = getattr(here, part)
+        elif isinstance(here, list | tuple) and isinstance(part, int):
+            here = here[part]
+        else:
+            return attributes
+    meaning, units = re.fullmatch(r"(.*?)(?:\s*\[([^\[\]]*)\])?", text, re.DOTALL).groups()  # type: ignore[union-attr]
+    if meaning:
+        attributes["long_name"] = meaning
+    if units:
+        attributes["units"] = units
+    return attributes

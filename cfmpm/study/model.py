@@ -1,0 +1,136 @@
+"""The description of one study as typed, frozen models.
+
+A study is read from YAML by :mod:`cfmpm.study.reading`, and written out as members by
+:mod:`cfmpm.study.expansion`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from cfmpm.scene.document import parse_key
+from cfmpm.scene.model import Model
+from cfmpm.scene.quantities import Count, Name, Number
+
+MOST_MEMBERS = 1_000_000
+
+
+def _base(value: Any) -> Any:
+    if not isinstance(value, str | Mapping) or not value:
+        raise ValueError("must be the path of a scene file, or a scene")
+    return value
+
+
+def _dotted(value: Any) -> Any:
+    if not isinstance(value, str):
+        raise ValueError("must be the key of a scene, such as mesh.size or loads[0].traction")
+    try:
+        parse_key(value)
+    except LookupError as error:
+        raise ValueError(str(error.args[0])) from None
+    return value
+
+
+def _range(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError("must be first value, last value and how many, such as [0, 10, 5]")
+    return value
+
+
+def _refusal(key: str, reason: str) -> PydanticCustomError:
+    return PydanticCustomError("refused", "{reason}", {"key": key, "reason": reason})
+
+
+DottedKey = Annotated[str, BeforeValidator(_dotted)]
+HowMany = Annotated[Count, Field(ge=1, le=MOST_MEMBERS)]
+Range = Annotated[tuple[Number, Number, HowMany], BeforeValidator(_range)]
+
+
+class Parameter(Model):
+    """A key of the scene and the values it takes."""
+
+    key: DottedKey = Field(description="of the scene, such as mesh.size or loads[0].traction[1]")
+    values: list[Any] | None = Field(None, min_length=1, description="one by one")
+    linspace: Range | None = Field(
+        None, description="first, last and how many values with equal differences"
+    )
+    geomspace: Range | None = Field(
+        None, description="first, last and how many values with equal ratios"
+    )
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        kinds = ("values", "linspace", "geomspace")
+        if sum(getattr(self, kind) is not None for kind in kinds) != 1:
+            raise _refusal("", f"needs one of {', '.join(kinds)}")
+        if self.geomspace is not None and self.geomspace[0] * self.geomspace[1] <= 0:
+            raise _refusal("geomspace", "equal ratios need two values of the same sign, not zero")
+        return self
+
+
+class Uncertain(Model):
+    """A key of the scene and the distribution its values are drawn from."""
+
+    key: DottedKey = Field(description="of the scene, such as material.g_c")
+    distribution: str = Field(
+        description="a continuous distribution of scipy.stats, such as norm, lognorm or uniform"
+    )
+    arguments: dict[str, Number] = Field(
+        {}, description="of the distribution: loc, scale and its shape parameters"
+    )
+
+
+class LatinHypercube(Model):
+    """Draws of uncertain parameters that fill their space evenly."""
+
+    samples: HowMany = Field(description="how many draws")
+    seed: Annotated[Count, Field(ge=0, le=2**63)] = Field(
+        0, description="of the random numbers; the same seed gives the same draws"
+    )
+    parameters: dict[Name, Uncertain] = Field(min_length=1, description="by name")
+
+
+class Study(Model):
+    """A parameter study: a scene, and the values that some of its keys take.
+
+    The parameters of `product` are combined with each other, each a dimension of the dataset. Those
+    of `zip`, or else those of `latin_hypercube`, go side by side along one dimension, ``sample``.
+    """
+
+    name: Name
+    description: str = ""
+    base: Annotated[Any, BeforeValidator(_base)] = Field(
+        description="the scene: a path relative to the study file, or written out",
+        json_schema_extra={"anyOf": [{"type": "string"}, {"$ref": "schema.json"}]},
+    )
+    replace: dict[DottedKey, Any] = Field(
+        {}, description="values of the scene that are replaced in all members, by dotted key"
+    )
+    product: dict[Name, Parameter] = Field({}, description="combined with each other")
+    zip: dict[Name, Parameter] = Field({}, description="side by side, all of one length")
+    latin_hypercube: LatinHypercube | None = Field(None, description="drawn at random")
+    batch: HowMany = Field(
+        50, description="members of one job of the workflow; `cfmpm study` has no need of it"
+    )
+
+    @model_validator(mode="after")
+    def _members(self) -> Self:
+        if self.zip and self.latin_hypercube is not None:
+            raise _refusal("zip", "goes along `sample`, as latin_hypercube does: leave one out")
+        if not (self.product or self.zip or self.latin_hypercube):
+            raise _refusal("product", "no parameters: give product, zip or latin_hypercube")
+        return self
+
+    def parameters(self) -> Iterator[tuple[str, str, Parameter | Uncertain]]:
+        """Section, name and parameter, as they stand in the study file."""
+        for name, parameter in self.product.items():
+            yield "product", name, parameter
+        for name, parameter in self.zip.items():
+            yield "zip", name, parameter
+        if self.latin_hypercube is not None:
+            for name, uncertain in self.latin_hypercube.parameters.items():
+                yield "latin_hypercube.parameters", name, uncertain

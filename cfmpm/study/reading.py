@@ -1,0 +1,200 @@
+"""From a study file to its members, each a checked scene."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+import cfmpm
+from cfmpm.errors import Problem, SceneError
+from cfmpm.scene import Scene, config_hash, scene_from_document
+from cfmpm.scene.document import Document, Key, Place, parse_key, read_document
+from cfmpm.scene.wording import refusals, shown
+from cfmpm.study import expansion
+from cfmpm.study.expansion import SAMPLE, Axis
+from cfmpm.study.layout import RESERVED
+from cfmpm.study.model import Study
+
+# How many problems of members are told: they tend to be the same.
+MOST_TOLD = 10
+
+
+@dataclass(frozen=True)
+class Member:
+    """One scene of a study.
+
+    Attributes
+    ----------
+    index : tuple of int
+        Its place along each axis.
+    values : mapping of str to value
+        Of each parameter.
+    scene : Scene
+    key : str
+        By which its result is known: equal for equal scenes solved by the same program.
+    """
+
+    index: tuple[int, ...]
+    values: Mapping[str, Any]
+    scene: Scene
+    key: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study with its members, all of them checked.
+
+    Attributes
+    ----------
+    study : Study
+        As the user wrote it.
+    base : mapping
+        The scene file it starts from, as plain data.
+    axes : tuple of Axis
+    members : tuple of Member
+        The last axis runs fastest; all of them, or those asked for.
+    """
+
+    study: Study
+    base: Mapping[str, Any]
+    axes: tuple[Axis, ...]
+    members: tuple[Member, ...]
+
+
+def load_study(path: str | os.PathLike[str], only: range | None = None) -> Plan:
+    """Read a study file and check the scene of every member.
+
+    Parameters
+    ----------
+    path
+        A YAML file.
+    only
+        Which members are wanted and checked, by their numbers from 0; default: all.
+
+    Raises
+    ------
+    SceneError
+        With the problems found: in the study, else in its members, by file, line, member and key.
+    """
+    path = Path(path)
+    document = read_document(path)
+    study = _study(document)
+    base, folder = _base(document, study, path)
+    axes = expansion.axes(study)
+    return Plan(study, base.data, axes, _members(study, document, base, folder, axes, only))
+
+
+def _study(document: Document) -> Study:
+    data = document.data
+    if not isinstance(data, Mapping):
+        reason = f"must be a mapping with keys such as name and base; got {shown(data)}"
+        raise document.error([((), reason)])
+    try:
+        study = Study.model_validate(data)
+    except ValidationError as error:
+        raise document.error(refusals(error, data, Study).items()) from None
+    found = [
+        (parse_key(key) if key else (), reason)
+        for key, reason in expansion.broken_rules(study, RESERVED)
+    ]
+    if found:
+        raise document.error(found)
+    return study
+
+
+def _base(document: Document, study: Study, path: Path) -> tuple[Document, Path]:
+    """The scene that a study starts from, and where its relative paths start."""
+    if not isinstance(study.base, str):
+        inside = {key[1:]: place for key, place in document.places.items() if key[0] == "base"}
+        return Document(study.base, document.places["base",], inside), path.parent
+    file = path.parent / study.base
+    try:
+        return read_document(file), file.parent
+    except SceneError as error:
+        raise document.error((("base",), str(p)) for p in error.problems) from None
+
+
+def _members(
+    study: Study,
+    document: Document,
+    base: Document,
+    folder: Path,
+    axes: tuple[Axis, ...],
+    only: range | None,
+) -> tuple[Member, ...]:
+    keys, written = _written(study, document)
+    members: list[Member] = []
+    problems: list[Problem] = []
+    bad = 0
+    for index, values in expansion.places(axes, only):
+        overrides = {**study.replace, **{keys[name]: value for name, value in values.items()}}
+        try:
+            scene = scene_from_document(base.overridden(overrides, written), folder)
+        except SceneError as error:
+            bad += 1
+            if len(problems) < MOST_TOLD:
+                called = f"member {label(axes, index, values)}"
+                problems += [_placed(problem, called, document) for problem in error.problems]
+        else:
+            members.append(Member(index, values, scene, _key(scene)))
+    if problems:
+        if len(problems) > MOST_TOLD or bad > 1:
+            total = len(members) + bad
+            reason = f"{bad} of {total} members are refused; nothing was run"
+            problems = [*problems[:MOST_TOLD], Problem(reason, file=document.root.file)]
+        raise SceneError(problems)
+    return tuple(members)
+
+
+def _written(study: Study, document: Document) -> tuple[dict[str, str], dict[str, Place]]:
+    """Key of the scene by parameter, and where the study file says what a key becomes."""
+    written = {key: document.places["replace", key] for key in study.replace}
+    keys = {}
+    for section, name, parameter in study.parameters():
+        keys[name] = parameter.key
+        place: Key = (*parse_key(section), name)
+        written[parameter.key] = document.places[place]
+    return keys, written
+
+
+def label(axes: tuple[Axis, ...], index: tuple[int, ...], values: Mapping[str, Any]) -> str:
+    """What a member is called: its parameters, and which sample it is."""
+    texts = []
+    for axis, i in zip(axes, index, strict=True):
+        inner = ", ".join(f"{name}={shown(values[name])}" for name in axis.values)
+        texts.append(f"{SAMPLE}={i} ({inner})" if axis.name == SAMPLE else inner)
+    return ", ".join(texts)
+
+
+def _placed(problem: Problem, called: str, document: Document) -> Problem:
+    """A problem of a member, told by the study file; one of the base keeps its place there."""
+    file = document.root.file
+    if problem.file == file:
+        key = f"{called}: {problem.key}" if problem.key else called
+        return Problem(problem.reason, key, file, problem.line, problem.column)
+    at = document.places["base",]
+    return Problem(str(problem), called, file, at.line, at.column)
+
+
+def _key(scene: Scene) -> str:
+    text = f"{config_hash(scene)} {program_hash()}"
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@cache
+def program_hash() -> str:
+    """SHA-256 of the version and the sources of this package, of which pictures are no part."""
+    root = Path(__file__).parents[1]
+    digest = hashlib.sha256(cfmpm.__version__.encode())
+    for path in sorted(root.glob("**/*.py")):
+        name = path.relative_to(root)
+        if name.parts[0] not in ("plotting", "study", "cli.py"):
+            digest.update(str(name).encode() + path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,60 @@
+"""What a study says before and after it is run, as plain text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from cfmpm.study.member import Outcome
+from cfmpm.study.reading import Plan, label
+
+# How many failed members are told of one by one; the dataset has them all.
+MOST_TOLD = 5
+
+
+def of_plan(plan: Plan) -> str:
+    """The members of a study, one a line.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
+    lines = [f"{plan.study.name}: {_size(plan)}"]
+    lines += [f"  {label(plan.axes, one.index, one.values)}" for one in plan.members]
+    return "\n".join(lines)
+
+
+def of_study(plan: Plan, outcomes: Mapping[str, Outcome], known: int, written: Path) -> str:
+    """What became of a study.
+
+    Parameters
+    ----------
+    plan : Plan
+    outcomes : mapping of str to Outcome
+        By the keys of the members.
+    known : int
+        How many different members were known from before.
+    written : Path
+        The dataset.
+    """
+    failed = [one for one in plan.members if one.key in outcomes and outcomes[one.key].reason]
+    missing = sum(one.key not in outcomes for one in plan.members)
+    facts = [f"{len(plan.members) - len(failed) - missing} done"]
+    facts += [f"{len(failed)} failed"] if failed else []
+    facts += [f"{missing} not run"] if missing else []
+    facts += [f"{known} of them known from before"] if known else []
+    lines = [f"{plan.study.name}: {_size(plan)}; {', '.join(facts)}"]
+    for one in failed[:MOST_TOLD]:
+        reason = outcomes[one.key].reason
+        lines.append(f"  {label(plan.axes, one.index, one.values)}: {reason}")
+    if len(failed) > MOST_TOLD:
+        lines.append(f"  and {len(failed) - MOST_TOLD} more: see reason in the dataset")
+    lines.append(f"written  {written}")
+    return "\n".join(lines)
+
+
+def _size(plan: Plan) -> str:
+    count = len(plan.members)
+    if len(plan.axes) == 1:
+        return f"{count} members along {plan.axes[0].name}"
+    return f"{count} members, " + " x ".join(f"{len(axis)} {axis.name}" for axis in plan.axes)
