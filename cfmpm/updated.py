@@ -37,6 +37,7 @@ SWEEPS = 10
 MARGIN = 0.05
 # Stiffness of a support in which the grid moves, over the largest modulus of the material.
 STIFFNESS = 1e4
+LEFT = "make updated.margin larger, unless points have been torn off (empty_elements)"
 # Part of a particle domain that may lie outside the grid: round-off.
 LOST = 1e-6
 # Part of a triangle that material fills below which it is stabilised (design study).
@@ -287,7 +288,7 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
             points = rows
         else:
             quadrature = replace(quadrature, position=rows.position)
-    rows.element = relocate(grid, rows)
+    rows.element = relocate(grid, rows, LEFT)
     body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
     motion = replace(motion, base=rows.displacement_gradient)
     history = balance.history
@@ -517,7 +518,7 @@ def _loaded(body: Body, motion: Motion) -> Body:
         body,
         motion=replace(motion, fill=_least_fill(grid, fill)),
         loading=hold_nodes(loading, floating),
-        empty_elements=_holes(grid, motion, filled),
+        empty_elements=_holes(grid, motion, rows.element),
         floating_nodes=len(floating),
     )
 
@@ -529,12 +530,14 @@ def _least_fill(grid: Grid, fill: Floats) -> float:
     return float(fill[inside].min(initial=1.0))
 
 
-def _holes(grid: Grid, motion: Motion, filled: NDArray[np.bool_]) -> int:
-    """Count the triangles without a point whose middle lies inside the body."""
-    empty = np.flatnonzero(~filled)
-    if empty.size == 0:
-        return 0
-    middle = grid.nodes[grid.triangles[empty]].mean(axis=1)
+def _holes(grid: Grid, motion: Motion, element: Ints) -> int:
+    """Count the triangles inside the body with fewer points than were seeded in each.
+
+    One point gives a T3 its stiffness, and three a T6; what is missing is a mechanism.
+    """
+    seeded = np.bincount(motion.element).max()
+    hollow = np.flatnonzero(np.bincount(element, minlength=len(grid.elements)) < seeded)
+    middle = grid.nodes[grid.triangles[hollow]].mean(axis=1)
     material = replace(motion.reference, nodes=motion.tracers)
     return int((locate(material, middle) >= 0).sum())
 
