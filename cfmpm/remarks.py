@@ -222,8 +222,8 @@ def _alarms(body: Body, motion: Motion) -> Iterator[str]:
     if body.empty_elements:
         yield (
             "triangles inside the body have lost material points (empty_elements): each is a hole "
-            "or a mechanism, and its neighbours carry its volume; forces are wrong by some per cent "
-            "and more from the first of them on; updated.integration: domains has none"
+            "or a mechanism, and its neighbours carry its volume; forces are wrong by some per "
+            "cent and more from the first of them on; updated.integration: domains has none"
         )
     if motion.fill < LEAST_FILL:
         yield (

@@ -79,8 +79,12 @@ def begin(body: Body) -> Body:
         fill=1.0,
     )
     if body.scene.updated.grid == "fixed":
-        grid = _with_margin(body)
-        patches = None if body.patches is None else build_patches(grid)
+        patches, grid = body.patches, _with_margin(body)
+        if patches is not None:
+            # None across the border of the body, which has those of the reference.
+            margin = np.full(len(grid.elements), len(grid.region_names))
+            margin[: len(motion.reference.elements)] = motion.reference.regions
+            patches = build_patches(replace(grid, regions=margin))
         body = replace(body, grid=grid, patches=patches)
     return _loaded(body, motion)
 
@@ -131,7 +135,9 @@ def closed_faces(body: Body, motion: Motion) -> dict[str, Any]:
     return {"faces": motion.reference, "carried": motion.displacement}
 
 
-def in_reference(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Any, ...]:
+def in_reference(
+    body: Body, gradients: Floats, balance: Equilibrium
+) -> tuple[Body, Floats, Equilibrium]:
     """Look at a state of balance from the reference configuration.
 
     Parameters
@@ -205,7 +211,8 @@ def material_force(body: Body, balance: Equilibrium) -> Floats:
         points.displacement_gradient,
         points.stress,
     )
-    return nodal + internal - balance.load_factor * body.loading.force
+    applied = balance.load_factor * body.loading.force + balance.contact_force
+    return nodal + internal - applied
 
 
 def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Floats]:
