@@ -179,7 +179,11 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     largest = np.abs(balance.displacement).max(initial=0.0)
     for name, opening in smallest_openings(grid, balance.displacement).items():
         if opening < -1e-6 * largest:
-            found.append(f"{name}: its faces overlap where supports prescribe it")
+            fixed = body.motion is not None and body.scene.updated.grid == "fixed"
+            why = (
+                "on a fixed grid, which has no contact" if fixed else "where supports prescribe it"
+            )
+            found.append(f"{name}: its faces overlap {why}")
     if balance.unstable_points > 0:
         found.append(
             f"from load factor {balance.unstable_from:.4g} on the material has lost ellipticity at "
@@ -217,9 +221,9 @@ def _alarms(body: Body, motion: Motion) -> Iterator[str]:
     """Name what is wrong with the grid that a body was reset on."""
     if body.empty_elements:
         yield (
-            "triangles inside the body have lost their material point (empty_elements): each is a "
-            "hole, and its neighbours carry its volume; forces are wrong by some per cent and more "
-            "from the first of them on; updated.integration: domains has none"
+            "triangles inside the body have lost material points (empty_elements): each is a hole "
+            "or a mechanism, and its neighbours carry its volume; forces are wrong by some per "
+            "cent and more from the first of them on; updated.integration: domains has none"
         )
     if motion.fill < LEAST_FILL:
         yield (

@@ -91,7 +91,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "least_fill": (_STEP, "1", "of triangles with material the least part that it fills, if reset"),
     "grid_resets": (_STEP, "1", "how often the grid was moved under the points so far, if reset"),
     "grid_quality": (_STEP, "1", "worst triangle that growth changed; 1 equilateral, 0 flat"),
-    "empty_elements": (_STEP, "1", "triangles without a material point"),
+    "empty_elements": (
+        _STEP,
+        "1",
+        "triangles without a material point; where the grid is reset, with fewer than were seeded",
+    ),
     "floating_nodes": (_STEP, "1", "nodes without stiffness, which were held"),
     "n_unknowns": (_STEP, "1", "free degrees of freedom"),
     "reaction_x": (("step", "boundary"), "N mm-1", _REACTION),
