@@ -56,6 +56,16 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "T6": {"mesh": {"element": "T6", "size": 3}},
     "paper": {"growth": {**GROWTH, "transfer": "paper", "order": 1}},
     "refined": {"fracture": {"refine": 0.4, "radii": 2}},
+    "finite": {
+        "kinematics": "finite",
+        "load_steps": [0.5, 1.0, 1.5],
+        "loads": [
+            {"edge": "edge_1", "displacement": {"y": 0}},
+            {"point": [0, 0], "displacement": {"x": 0}},
+            {"edge": "edge_3", "displacement": {"y": 0.04}},
+        ],
+        "growth": {"direction": "cf", "increments": 7},
+    },
 }
 # A grid that is reset; with pieces whose state is their own from the third step on.
 RESET: dict[str, Any] = {
