@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
-from cfmpm import __version__, body, cli, simulation
+from cfmpm import __version__, body, cli, equilibrium, simulation
 from cfmpm.cli import app
 from cfmpm.errors import MeshError, SolveError
 from cfmpm.scene import load_scene
@@ -211,7 +211,7 @@ class TestCheck:
         def solve(*_: object) -> None:
             raise AssertionError("check must not solve")
 
-        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        monkeypatch.setattr(equilibrium, "solve_linear", solve)
         result = call("check", scene, "--set", "solver=superlu")
         assert result.exit_code == 0, result.output
         for word in (
@@ -255,7 +255,7 @@ class TestPlot:
         def solve(*_: object) -> None:
             raise AssertionError("plot must not solve")
 
-        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        monkeypatch.setattr(equilibrium, "solve_linear", solve)
         result = call("plot", "results/small", "--output", "pictures")
         assert (result.exit_code, result.stderr) == (0, "")
         assert {p.name for p in Path("pictures").iterdir()} == self.PICTURES
