@@ -1,11 +1,13 @@
 """Killed at random moments and started again: the same results, and never half a file.
 
 What CI does is a small part. The whole paper, killed twenty times:
-KILLED_TARGET=reproduce-paper KILLS=20 pytest tests/workflows/test_killed.py
+KILLED_TARGET=reproduce-paper KILLS=20 pytest --log-cli-level=INFO tests/workflows/test_killed.py
 """
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
 import random
 import shutil
@@ -17,6 +19,7 @@ import time
 import pytest
 import xarray as xr
 
+log = logging.getLogger(__name__)
 pytestmark = pytest.mark.slow
 
 TARGET, KILLS = os.environ.get("KILLED_TARGET", "section_5_2"), int(os.environ.get("KILLS", "4"))
@@ -77,7 +80,7 @@ def test_killed_at_random_moments(root, whole, tmp_path):
     expected = visible(reference)
     folder = tmp_path / "killed"
     subprocess.run(["git", "clone", "-q", str(root), str(folder)], check=True)
-    moments, kills, done, alone = random.Random(0), 0, 0, 0
+    moments, kills, done, orphaned = random.Random(0), 0, 0, []
     while kills < KILLS:
         process = start(folder, environment)
         try:
@@ -85,7 +88,7 @@ def test_killed_at_random_moments(root, whole, tmp_path):
         except subprocess.TimeoutExpired:
             kills += 1
             if moments.random() < 0.5:  # its jobs live on, and write
-                alone += 1
+                orphaned.append(process.pid)
                 os.kill(process.pid, signal.SIGKILL)
             else:
                 os.killpg(process.pid, signal.SIGKILL)
@@ -96,14 +99,14 @@ def test_killed_at_random_moments(root, whole, tmp_path):
             assert_same(path, expected[name])
         if process.returncode == 0:
             shutil.rmtree(folder / "results/paper")
-    print(
-        f"{kills} kills in a run of {seconds:.0f} s, {alone} of them of Snakemake alone; ", end=""
-    )
-    print(f"{done} runs came to their end before")
+    told = "%d kills in a run of %.0f s, %d of Snakemake alone; %d runs came to their end"
+    log.info(told, kills, seconds, len(orphaned), done)
+    for group in orphaned:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(group, signal.SIGKILL)
     last = start(folder, environment)
     assert last.wait() == 0  # no lock is in its way
     assert visible(folder).keys() == expected.keys()
     for name, path in visible(folder).items():
         assert_same(path, expected[name])
-    litter = [path for path in (folder / "results/paper").rglob(".*")]
-    assert not litter
+    assert not list((folder / "results/paper").rglob(".*"))
