@@ -24,7 +24,8 @@ def test_dry_run_is_quick(snakemake, target):
 def jobs(done):
     """How many jobs of each rule a dry run plans, targets left out."""
     rows = [line.split() for line in done.stdout.splitlines() + done.stderr.splitlines()]
-    found = {row[0]: int(row[1]) for row in rows if len(row) == 2 and row[1].isdecimal()}
+    pairs = [row for row in rows if len(row) == 2 and row[1].isdecimal()]
+    found = {name: int(number) for name, number in pairs if not name.endswith(":")}
     for target in ("total", "all", *TARGETS):
         found.pop(target, None)
     return found
