@@ -28,7 +28,7 @@ def write_overview(
     ----------
     sections : mapping of str to mapping
         By title: ``figures``, paths of PNG files by their numbers in the paper, and ``benchmarks``,
-        what Snakemake has measured of the jobs behind them.
+        the files of what Snakemake has measured of the jobs behind them, by their names.
     tables : mapping of str to Path
         By title: CSV files of `table.write_table`.
     page : Path
@@ -85,12 +85,12 @@ def _figure(number: str, picture: Path, claims: Sequence[Claim]) -> str:
     )
 
 
-def _time(benchmarks: Sequence[str | Path]) -> str:
+def _time(benchmarks: Mapping[str, str | Path]) -> str:
     """Wall time of the jobs of a section."""
     seconds = {}
-    for path in benchmarks:
+    for job, path in benchmarks.items():
         with Path(path).open(newline="", encoding="utf-8") as file:
             (row,) = csv.DictReader(file, delimiter="\t")
-        seconds[Path(path).stem] = float(row["s"])
-    each = ", ".join(f"{name} {s:.0f} s" for name, s in seconds.items())
+        seconds[job] = float(row["s"])
+    each = ", ".join(f"{job} {s:.0f} s" for job, s in seconds.items())
     return f"Wall time: {sum(seconds.values()):.0f} s ({html.escape(each)})."

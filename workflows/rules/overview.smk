@@ -4,7 +4,9 @@
 rule overview:
     input:
         figures=[path for s in SECTIONS.values() for path in s["figures"].values()],
-        benchmarks=[path for s in SECTIONS.values() for path in s["benchmarks"]],
+        benchmarks=[
+            path for s in SECTIONS.values() for path in s["benchmarks"].values()
+        ],
         tables=list(CLAIMS.values()),
         code=["workflows/paper/overview.py", "workflows/paper/table.py"],
     output:
