@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from cfmpm.errors import Problem, SceneError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from matplotlib.axes import Axes
 
@@ -153,8 +153,7 @@ class History:
         """
         from cfmpm.plotting import draw_paths
 
-        body = self._body()
-        return draw_paths(axes or _new_axes(body), self._history, body, reference)
+        return self._drawn(draw_paths, axes, reference)
 
     def plot_cf(self, axes: Axes | None = None) -> Axes:
         """Draw the configurational force at each place of each tip.
@@ -170,8 +169,7 @@ class History:
         """
         from cfmpm.plotting import draw_tip_cf
 
-        body = self._body()
-        return draw_tip_cf(axes or _new_axes(body), self._history, body)
+        return self._drawn(draw_tip_cf, axes)
 
     def energy_balance(self) -> xr.Dataset:
         """Account for the work of the loads.
@@ -194,6 +192,21 @@ class History:
         return terms.assign(missing=missing).assign_attrs(
             title=f"Energy balance of {self._history.attrs.get('title', 'a run')}"
         )
+
+    def _drawn(self, draw: Callable[..., Axes], axes: Axes | None, *more: Any) -> Axes:
+        """Draw over the body, by default in a new figure that fits it, which a notebook shows."""
+        body = self._body()
+        if axes is not None:
+            return draw(axes, self._history, body, *more)
+        import matplotlib.pyplot as plt
+
+        from cfmpm.plotting.paths import corners_of
+        from cfmpm.plotting.style import LEGEND, RC, size_around
+
+        with plt.rc_context(RC):
+            size = size_around(corners_of(body), LEGEND)
+            _, axes = plt.subplots(figsize=size, layout="constrained")
+            return draw(axes, self._history, body, *more)
 
     def _body(self) -> Scene | Grid:
         """The scene with its geometry; of a mesh file its grid before growth."""
@@ -222,16 +235,3 @@ def new_length(history: xr.Dataset) -> NDArray[np.float64]:
     places = history[["tip_x", "tip_y"]].transpose("step", "tip")
     steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
     return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])
-
-
-def _new_axes(body: Scene | Grid) -> Axes:
-    """Axes in a figure that fits a body, which a notebook shows."""
-    import matplotlib.pyplot as plt
-
-    from cfmpm.plotting.paths import corners_of
-    from cfmpm.plotting.style import LEGEND, RC, size_around
-
-    with plt.rc_context(RC):
-        size = size_around(corners_of(body), LEGEND)
-        axes: Axes = plt.subplots(figsize=size, layout="constrained")[1]
-    return axes

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cfmpm import equilibrium, newton, transfer
+from cfmpm import equilibrium, newton, transfer, updated
 from cfmpm.body import Body
 from cfmpm.clock import Clock
 from cfmpm.equilibrium import Equilibrium
@@ -14,9 +14,10 @@ from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.grid import Floats, Grid
 from cfmpm.kernels import finite
+from cfmpm.kernels.basis import basis_gradients
 from cfmpm.materials import lame_constants, material_laws
 from cfmpm.patches import patch_of
-from cfmpm.points import MaterialPoints
+from cfmpm.points import MaterialPoints, relocate
 from cfmpm.scene.model import Scene
 
 # Column of the history of points.
@@ -30,6 +31,22 @@ def load_levels(scene: Scene) -> list[float]:
     if isinstance(scene.load_steps, int):
         return [(i + 1) / scene.load_steps for i in range(scene.load_steps)]
     return list(scene.load_steps)
+
+
+def prepare(body: Body) -> Floats:
+    """Find the triangles of the quadrature points, and evaluate the basis gradients there.
+
+    Returns
+    -------
+    (p, k, 2) float
+        By the position in the reference configuration [1/mm].
+    """
+    grid, points = body.grid, body.integration
+    points.element = relocate(grid, points)
+    gradients: Floats = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    if body.motion is None:
+        return gradients
+    return updated.pull_back(gradients, body.motion.base)
 
 
 def solve(
@@ -92,6 +109,8 @@ def carry_over(balance: Equilibrium, old: Grid, new: Grid) -> Equilibrium | None
 
 def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
     """Sum the configurational force at every node of a body in balance [N/mm], (n, 2)."""
+    if body.motion is not None:
+        return updated.material_force(body, balance)
     problem = body.grid, body.integration, gradients, body.loading.body_force
     return cf.finite_nodal_force(*problem) if balance.finite else cf.nodal_force(*problem)
 
@@ -223,17 +242,19 @@ def _solve_small(body: Body, gradients: Floats, clock: Clock) -> Equilibrium:
 def _solve_finite(
     body: Body, gradients: Floats, last: Equilibrium | None, level: float, clock: Clock
 ) -> Equilibrium:
-    points = body.integration
+    points, motion = body.integration, body.motion
     problem = newton.Problem(
         grid=body.grid,
         points=points,
         gradients=gradients,
-        base=np.zeros((len(points), 2, 2)),
+        base=np.zeros((len(points), 2, 2)) if motion is None else motion.base,
         laws=material_laws(body.scene, body.grid.region_names),
         loading=body.loading,
         solver=body.scene.solver,
         patches=body.patches,
     )
+    if motion is not None:
+        problem = replace(problem, springs=motion.springs, **updated.closed_faces(body, motion))
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
         rest = newton.at_rest(problem)
         if last is None:

@@ -11,7 +11,7 @@ rule overview:
         page=report(
             "results/paper/overview.html",
             caption="../report/overview.rst",
-            category="Overview",
+            category="5 All figures and claims",
             labels={"figure": "all", "shows": "figures beside claims, every claim"},
         ),
     log:
