@@ -462,7 +462,7 @@ class _March:
             substeps=last.substeps + 1,
             residuals=found.residuals,
             unstable_points=lost,
-            unstable_from=load_factor if lost and not last.unstable_points else last.unstable_from,
+            unstable_from=last.unstable_from if last.unstable_points > 0 or not lost else load_factor,
         )
 
     def _work(self, last: Equilibrium, before: _State, after: _State, load_factor: float) -> float:
