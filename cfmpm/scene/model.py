@@ -526,7 +526,7 @@ class Scene(Model):
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
-        "auto: small, unless that would change the energy by more than 1e-3",
+        "auto: small, unless finite would change the energy by more than 1 % (finite_effect)",
     )
     formulation: Literal["total", "updated"] = Field(
         "total",
