@@ -15,6 +15,7 @@ from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.materials import locks
 from cfmpm.meshing import triangulate
+from cfmpm.motion import Motion
 from cfmpm.patches import Patches, build_patches
 from cfmpm.points import MaterialPoints, relocate, seed
 from cfmpm.scene import Scene, expand
@@ -65,6 +66,8 @@ class Body:
         Largest angle between a segment just released and the direction asked for [deg].
     empty_elements, floating_nodes : int
         Triangles without a quadrature point and nodes that only these touch, which are held.
+    motion : Motion or None
+        From the reference configuration, where the grid is reset; None where all is in that.
     """
 
     scene: Scene
@@ -81,6 +84,7 @@ class Body:
     deviation: float = 0.0
     empty_elements: int = 0
     floating_nodes: int = 0
+    motion: Motion | None = None
 
 
 def build(scene: Scene) -> Body:

@@ -232,7 +232,8 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
     with _placed(scene, scene_file, overrides):
         start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
-    left_out = remarks.left_out(start.scene, bool(start.grid.tips))
+    finite = start.scene.kinematics == "finite"
+    left_out = remarks.left_out(start.scene, bool(start.grid.tips), finite=finite)
     radii = [max(domain.radii) for domain in start.tip_domains]
     folder = output or Path("results") / scene.name
     path = save_scene(folder, start.scene, start.grid, start.loading, radii)

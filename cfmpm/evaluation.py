@@ -24,6 +24,7 @@ def evaluate_tips(
     balance: Equilibrium,
     nodal: Floats,
     g_c: Sequence[float | None],
+    plastic: Floats | None = None,
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
@@ -42,6 +43,8 @@ def evaluate_tips(
         From `cf.nodal_force`.
     g_c : sequence of float or None
         Critical energy release rate of each region [N/mm].
+    plastic : (n, 2) float, optional
+        From `mechanics.plastic_nodal_force`.
 
     Returns
     -------
@@ -100,6 +103,10 @@ def evaluate_tips(
             "cf_tip_y": nodal[tip.node, 1],
             "min_opening": openings[tip.crack],
         }
+        if plastic is not None:
+            radius = domain.radii[largest]
+            row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
+            row["J_plastic"] = cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
         if not balance.finite:
             row["kink_angle"] = criteria.max_hoop_angle(row["K_I"], row["K_II"])
             toughness = g_c[region]

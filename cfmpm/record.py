@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm import remarks, results
+from cfmpm import mechanics, remarks, results
 from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fatigue import paris_cycles
@@ -116,6 +116,7 @@ class Record:
         self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
         self.warnings |= dict.fromkeys(remarks.doubts(body, balance, scale))
+        self.warnings |= dict.fromkeys(remarks.doubts_at_tips(body, tips))
 
     def add_severed(self, triangulation: Triangulation, seconds: Mapping[str, float]) -> None:
         """Add the last position of the cracks, after which a part of the body is free."""
@@ -254,8 +255,18 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     felt = size > 1e-9 * np.abs(balance.internal_force).max(initial=0.0)
     along = np.full(len(size), np.nan)
     along[felt] = (motion * reaction).sum(axis=1)[felt] / size[felt]
-    return {
+    values: dict[str, Any] = {}
+    if balance.finite:
+        values["min_det_F"] = np.linalg.det(np.eye(2) + source.displacement_gradient).min()
+    if body.motion is not None:
+        values |= {"least_fill": body.motion.fill, "grid_resets": body.motion.resets}
+    return values | {
         "strain_energy": np.sum(source.energy * source.volume),
+        "plastic_work": (
+            np.sum(balance.history[:, mechanics.PLASTIC_WORK] * source.volume)
+            if balance.history.size
+            else np.nan
+        ),
         "newton_iterations": balance.newton_iterations,
         "substeps": balance.substeps,
         "unstable_points": balance.unstable_points,

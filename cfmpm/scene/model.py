@@ -465,6 +465,37 @@ class Fatigue(Model):
     )
 
 
+class Updated(Model):
+    """How the updated Lagrangian formulation resets its grid."""
+
+    grid: Literal["fixed", "following"] = Field(
+        "fixed",
+        description="fixed: back to where it was after every load step, as the paper does; "
+        "following: boundary, crack faces and tips stay with the material, and the inside is "
+        "smoothed where its triangles become bad",
+    )
+    integration: Literal["points", "domains"] = Field(
+        "points",
+        description="points: each material point where it is, with its volume, as the paper does; "
+        "domains: by the exact parts of its domain in the triangles of the grid",
+    )
+    ghost: Annotated[Number, Field(ge=0)] = Field(
+        0.0,
+        description="stabilisation of triangles that hold little material: this times E h^2 times "
+        "the squared jump of the normal gradient across their sides; 0.1 is enough",
+    )
+    smooth_below: Annotated[Number, Field(ge=0, le=1)] = Field(
+        0.2,
+        description="quality of a triangle of a following grid below which it is smoothed: 1 is "
+        "equilateral, 0 flat; 1 smooths after every step, 0 never",
+    )
+    margin: Length | None = Field(
+        None,
+        description="of a fixed grid around the body, into which it may move [mm]; default from "
+        "the prescribed displacement",
+    )
+
+
 class Output(Model):
     """What is written besides the history."""
 
@@ -497,6 +528,12 @@ class Scene(Model):
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
         "auto: small, unless that would change the energy by more than 1e-3",
     )
+    formulation: Literal["total", "updated"] = Field(
+        "total",
+        description="total: all is in the reference configuration; updated: the grid is reset "
+        "after every load step, as the paper does",
+    )
+    updated: Updated = Field(Updated(), description="how, with formulation: updated")
     loads: list[Load] = []
     load_steps: Annotated[
         Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]
