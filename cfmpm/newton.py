@@ -462,7 +462,9 @@ class _March:
             substeps=last.substeps + 1,
             residuals=found.residuals,
             unstable_points=lost,
-            unstable_from=last.unstable_from if last.unstable_points > 0 or not lost else load_factor,
+            unstable_from=last.unstable_from
+            if last.unstable_points > 0 or not lost
+            else load_factor,
         )
 
     def _work(self, last: Equilibrium, before: _State, after: _State, load_factor: float) -> float:

@@ -62,8 +62,14 @@ def write_fig8(large_strain: str | Path, picture: str | Path, data: str | Path) 
                     label=f"independent FEM, {element}, tip 4 mm",
                 )
             strain = np.linspace(0.0, end, 101)
-            one.plot(100 * strain, lefm(strain, modulus(dataset)), color=BLACK, lw=0.9, ls=":",
-                     label="linear: 0.2548 (E' e / 10 MPa)$^2$")
+            one.plot(
+                100 * strain,
+                lefm(strain, modulus(dataset)),
+                color=BLACK,
+                lw=0.9,
+                ls=":",
+                label="linear: 0.2548 (E' e / 10 MPa)$^2$",
+            )
             top = np.nanmax(dataset.cf_norm.where(dataset.elongation <= end))
             one.set_xlim(0.0, 100 * end)
             one.set_ylim(0.0, 1.25 * top)

@@ -114,7 +114,9 @@ def fem(law: str, element: str, tip_size: float) -> Curve:
             if (row["law"], row["element"], float(row["tip_size"])) == (law, element, tip_size)
             and not int(row["negative_pivots"])
         ]
-    columns = (np.array([float(row[name]) for row in rows]) for name in ("elongation", "J", "force"))
+    columns = (
+        np.array([float(row[name]) for row in rows]) for name in ("elongation", "J", "force")
+    )
     elongation, j, force = columns
     elliptic = np.array([float(row["acoustic"]) > 0.0 for row in rows])
     return Curve(elongation, j, force / 500.0, elliptic)
