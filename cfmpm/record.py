@@ -226,7 +226,8 @@ def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, 
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
     # Zero where a support prescribes the displacement: a force there does no work.
-    applied = float((loading.force * (u - loading.displacement)).sum())
+    free = u - balance.load_factor * loading.displacement
+    applied = float((loading.force * free).sum())
     reaction = float(
         ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
     )
