@@ -22,7 +22,7 @@ FEM = Path(__file__).parents[1] / "reference" / "large_strain_fem.csv"
 # Of the history, what the figure and its claims are made from.
 KEPT = (
     *("J", "cf_norm", "cf_angle", "unstable_points", "negative_pivots", "residual_norm"),
-    *("newton_iterations", "substeps", "n_points"),
+    *("newton_iterations", "substeps", "n_points", "empty_elements"),
 )
 # G of the plate of section 5.1 at 10 MPa: converged [N/mm] (design study).
 G_AT_10 = 0.254782
@@ -114,7 +114,9 @@ def fem(law: str, element: str, tip_size: float) -> Curve:
             if (row["law"], row["element"], float(row["tip_size"])) == (law, element, tip_size)
             and not int(row["negative_pivots"])
         ]
-    columns = (np.array([float(row[name]) for row in rows]) for name in ("elongation", "J", "force"))
+    columns = (
+        np.array([float(row[name]) for row in rows]) for name in ("elongation", "J", "force")
+    )
     elongation, j, force = columns
     elliptic = np.array([float(row["acoustic"]) > 0.0 for row in rows])
     return Curve(elongation, j, force / 500.0, elliptic)
