@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
@@ -46,9 +48,16 @@ def gmsh_session() -> Iterator[ModuleType]:
     if gmsh.isInitialized():
         raise MeshError("gmsh is in use in this process: call gmsh.finalize() first")
     gmsh.initialize(readConfigFiles=False, interruptible=False)
+    _ignore_broken_pipes()
     try:
         for option, value in OPTIONS.items():
             gmsh.option.setNumber(option, value)
         yield gmsh
     finally:
         gmsh.finalize()
+
+
+def _ignore_broken_pipes() -> None:
+    """Undo what gmsh does to SIGPIPE: with it a reader that goes away would end this process."""
+    if hasattr(signal, "SIGPIPE") and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
