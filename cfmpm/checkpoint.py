@@ -10,6 +10,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from cfmpm import body as bodies
 from cfmpm import updated
@@ -22,7 +23,7 @@ from cfmpm.pieces import ParticleDomains, Quadrature
 from cfmpm.points import MaterialPoints, seed
 from cfmpm.record import Origin, Record
 from cfmpm.results import StepRecord, written_aside
-from cfmpm.scene import Scene, effective_config, expand, scene_from_dict
+from cfmpm.scene import Scene, effective_config, expand
 from cfmpm.simulation import Start
 
 # Of the layout of the file.
@@ -107,7 +108,11 @@ def read_checkpoint(path: Path) -> Start:
     if texts["format"] != FORMAT:
         reason = f"is of format {texts['format']}; this version reads {FORMAT}: run the scene again"
         raise SceneError([Problem(reason, file=str(path))])
-    scene = scene_from_dict(texts["config"], f"{path}: config")
+    # Checked when it was read; a mesh file may be gone by now, since the grid is here.
+    try:
+        scene = Scene.model_validate(texts["config"])
+    except ValidationError:
+        raise SceneError([Problem("its configuration is damaged", file=str(path))]) from None
     origin = texts["origin"]
     origin["tips"] = {name: (crack, end) for name, (crack, end) in origin["tips"].items()}
     record = Record(scene, expand(scene), Origin(**origin))
@@ -126,12 +131,6 @@ def read_checkpoint(path: Path) -> Start:
         texts["level"],
         _read_balance(arrays, texts["balance"]),
     )
-
-
-def changed_keys(one: Scene, other: Scene) -> list[str]:
-    """Name the top-level keys in which two scenes differ."""
-    a, b = effective_config(one), effective_config(other)
-    return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
 
 
 def _columns(

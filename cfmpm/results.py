@@ -307,10 +307,15 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
     OSError
         Where the folder cannot be written; `path` is then untouched.
     """
+    with written_aside(path) as aside:
+        store(dataset, aside)
+
+
+def store(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset to netCDF in place: into what `written_aside` gives."""
     # Coordinates have no missing values; NaN marks them everywhere else.
     encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
-    with written_aside(path) as aside:
-        dataset.to_netcdf(aside, engine="netcdf4", encoding=encoding)
+    dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 import xarray as xr
@@ -29,6 +30,8 @@ GROWTH_PHASES = (*PHASES, "release")
 RESET_PHASES = (*PHASES, "reset")
 # How the ending begins of a run that no stable state goes on from.
 UNSTABLE = "unstable"
+# And of one that lost the stiffness that holds its nodes.
+UNSOLVABLE = "unsolvable"
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,33 @@ class Result(State):
     """
 
     history: xr.Dataset
+
+    def write(self, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
+        """Write the files that ``cfmpm run`` leaves in its folder at the end of a run.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Made if needed. An earlier result there is replaced, with what was drawn and exported.
+        overwrite : bool
+            Whether also one that was broken off and could still go on.
+
+        Returns
+        -------
+        list of Path
+            history.nc and, where the scene has ``output.fields``, fields.nc. The fields of each
+            step (``output.every``) are written only while the command runs.
+
+        Raises
+        ------
+        SceneError
+            Where a run is writing there, or one is that could still go on.
+        OSError
+            Where the folder cannot be written.
+        """
+        from cfmpm.keeper import write_result
+
+        return write_result(self, Path(folder), overwrite=overwrite)
 
 
 @dataclass(frozen=True)
@@ -241,7 +271,7 @@ def _ending_without_balance(
     growth_ = body.scene.growth
     if record.steps and growth_ and growth_.transfer == "paper":
         record.add_severed(body.triangulation, {})
-        return f"unsolvable: growth.transfer: paper took stiffness away; {error}"
+        return f"{UNSOLVABLE}: growth.transfer: paper took stiffness away; {error}"
     if record.steps and balance is not None and balance.finite:
         return f"{UNSTABLE}: {error}"
     return ""

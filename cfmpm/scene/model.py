@@ -6,8 +6,10 @@ Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is r
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -162,8 +164,15 @@ class MeshFile(Model):
     folder: str = Field(
         ".", description="where a relative path starts: itself relative to the scene file"
     )
+    sha256: str | None = Field(
+        None, description="of what is in the file: filled in as the scene is read"
+    )
     cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
     regions: list[Region] = Field([], description="materials of physical surfaces")
+
+    def digest(self) -> str:
+        """SHA-256 of what is in the file now."""
+        return hashlib.sha256(Path(self.path).read_bytes()).hexdigest()
 
     @property
     def path(self) -> str:

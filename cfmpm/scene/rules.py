@@ -68,6 +68,8 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
         yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
     elif not os.path.isfile(mesh_file.path):
         yield "mesh_file.file", f"no such file: {mesh_file.path}"
+    elif mesh_file.sha256 not in (None, mesh_file.digest()):
+        yield "mesh_file.file", f"is not what it was when sha256 was taken: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
     yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
     for i, region in enumerate(mesh_file.regions):
