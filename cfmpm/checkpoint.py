@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cfmpm import body as bodies
-from cfmpm.body import Body
+from cfmpm.body import Body, Grown
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import Problem, SceneError
+from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.pieces import ParticleDomains, Quadrature
@@ -25,7 +26,7 @@ from cfmpm.scene import Scene, effective_config, expand, scene_from_dict
 from cfmpm.simulation import Start
 
 # Of the layout of the file.
-FORMAT = 2
+FORMAT = 3
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -49,8 +50,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "edges": list(mesh.edges),
         "cracks": list(mesh.cracks),
         "points": mesh.points,
-        "quality": body.quality,
-        "deviation": body.deviation,
+        "grown": asdict(body.grown),
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
@@ -112,6 +112,8 @@ def read_checkpoint(path: Path) -> Start:
     if decision is not None:
         for key in ("running", "tangents"):
             decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
+        if decision["progress"] is not None:
+            decision["progress"] = Progress(**decision["progress"])
         decision = Decision(**decision)
     return Start(
         _read_body(arrays, texts, record),
@@ -215,6 +217,5 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         table("points", MaterialPoints),
         table("domains", ParticleDomains),
         table("quadrature", Quadrature),
-        texts["quality"],
-        texts["deviation"],
+        Grown(**texts["grown"]),
     )

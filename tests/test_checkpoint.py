@@ -56,6 +56,11 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "T6": {"mesh": {"element": "T6", "size": 3}},
     "paper": {"growth": {**GROWTH, "transfer": "paper", "order": 1}},
     "refined": {"fracture": {"refine": 0.4, "radii": 2}},
+    "fatigue": {
+        "material": {"E": 210e3, "nu": 0.3},
+        "growth": {"control": "fatigue", "increments": 9},
+        "fatigue": {"C": 1e-12, "m": 3},
+    },
 }
 
 
