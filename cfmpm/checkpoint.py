@@ -14,9 +14,10 @@ from pydantic import ValidationError
 
 from cfmpm import body as bodies
 from cfmpm import updated
-from cfmpm.body import Body
+from cfmpm.body import Body, Grown
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import Problem, SceneError
+from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.pieces import ParticleDomains, Quadrature
@@ -27,7 +28,7 @@ from cfmpm.scene import Scene, effective_config, expand
 from cfmpm.simulation import Start
 
 # Of the layout of the file.
-FORMAT = 3
+FORMAT = 4
 
 # Of `Motion`, what does not follow from the reference.
 MOTION = ("displacement", "triangle", "base", "smoothed")
@@ -54,8 +55,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "edges": list(mesh.edges),
         "cracks": list(mesh.cracks),
         "points": mesh.points,
-        "quality": body.quality,
-        "deviation": body.deviation,
+        "grown": asdict(body.grown),
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
@@ -123,6 +123,8 @@ def read_checkpoint(path: Path) -> Start:
     if decision is not None:
         for key in ("running", "tangents"):
             decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
+        if decision["progress"] is not None:
+            decision["progress"] = Progress(**decision["progress"])
         decision = Decision(**decision)
     return Start(
         _read_body(arrays, texts, record),
@@ -235,6 +237,5 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         points,
         table("domains", ParticleDomains),
         quadrature,
-        texts["quality"],
-        texts["deviation"],
+        Grown(**texts["grown"]),
     )

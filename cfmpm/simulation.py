@@ -214,7 +214,7 @@ def run(
             try:
                 balance = mechanics.solve(body, gradients, balance, levels[level], clock)
             except SolveError as error:
-                ending = _ending_without_balance(error, body, record, balance)
+                ending = _ending_without_balance(error, body, record, balance, decision)
                 if not ending:
                     raise
                 break
@@ -226,8 +226,19 @@ def run(
             tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c, plastic)
             tips |= updated.compare(body, gradients, balance)
             factor = balance.load_factor if balance.finite else levels[level]
-            decision = growth.decide(
-                body.grid, tips, g_c, scene.growth, decision, factor, balance.scale(factor)
+            last, decision = (
+                decision,
+                growth.decide(
+                    body.grid,
+                    tips,
+                    g_c,
+                    scene.growth,
+                    decision,
+                    factor,
+                    balance.scale(factor),
+                    law=scene.fatigue,
+                    grown=body.grown.segments,
+                ),
             )
         record.add(seen[0], seen[2], tips, decision, clock.lap())
         state = State(seen[0], seen[2], nodal, decision, level, before, body)
@@ -237,7 +248,13 @@ def run(
             break
         last_level = level + 1 == len(levels)
         ending = growth.ending(
-            scene.growth, decision, body.grid.tips, len(record.steps), last_level=last_level
+            scene.growth,
+            decision,
+            body.grid.tips,
+            len(record.steps),
+            last_level=last_level,
+            last=last,
+            grown=body.grown.segments,
         )
         if ending:
             break
@@ -256,7 +273,7 @@ def run(
             try:
                 body = bodies.release(body, decision.running)
             except bodies.SeveredError as severed:
-                record.add_severed(severed.triangulation, clock.lap())
+                record.add_severed(severed.triangulation, clock.lap(), decision, severed.grown)
                 ending = str(severed)
                 break
             balance = mechanics.carry_over(balance, state.grid, body.grid)
@@ -265,12 +282,16 @@ def run(
 
 
 def _ending_without_balance(
-    error: SolveError, body: Body, record: Record, balance: Equilibrium | None
+    error: SolveError,
+    body: Body,
+    record: Record,
+    balance: Equilibrium | None,
+    decision: growth.Decision | None,
 ) -> str:
     """Say why a run ends where no balance was found; empty where that is a failure."""
     growth_ = body.scene.growth
     if record.steps and growth_ and growth_.transfer == "paper":
-        record.add_severed(body.triangulation, {})
+        record.add_severed(body.triangulation, {}, decision, body.grown)
         return f"{UNSOLVABLE}: growth.transfer: paper took stiffness away; {error}"
     if record.steps and balance is not None and balance.finite:
         return f"{UNSTABLE}: {error}"

@@ -71,6 +71,11 @@ VARIANTS: dict[str, dict[str, Any]] = {
         ],
         "growth": {"direction": "cf", "increments": 7},
     },
+    "fatigue": {
+        "material": {"E": 210e3, "nu": 0.3},
+        "growth": {"control": "fatigue", "increments": 9},
+        "fatigue": {"C": 1e-12, "m": 3},
+    },
 }
 # A grid that is reset; with pieces whose state is their own from the third step on.
 RESET: dict[str, Any] = {

@@ -428,10 +428,11 @@ class Fracture(Model):
 class Growth(Model):
     """How the cracks grow."""
 
-    control: Literal["load", "crack"] = Field(
+    control: Literal["load", "crack", "fatigue"] = Field(
         "load",
         description="load: at the load of the scene, until no tip runs; crack: at the load that "
-        "makes the criterion just met, increment by increment",
+        "makes the criterion just met, increment by increment; fatigue: by cycles of load up to "
+        "that of the scene, until the criterion is met",
     )
     criterion: Literal["energy_release_rate", "cf_norm"] = Field(
         "energy_release_rate", description="what is compared with g_c; cf_norm is the paper's"
@@ -459,7 +460,7 @@ class Growth(Model):
 
 
 class Fatigue(Model):
-    """Cycles of load between load_ratio and one times the loads of the scene, by Paris' law."""
+    """Paris' law, for cycles of load between load_ratio and one times the loads of the scene."""
 
     C: Positive = Field(
         description="of da/dN = C dK^m [mm/cycle / (MPa mm^0.5)^m]; from m/cycle and MPa m^0.5: "
@@ -467,7 +468,7 @@ class Fatigue(Model):
     )
     m: Positive = Field(description="exponent of dK = (1 - load_ratio) sqrt(K_I^2 + K_II^2)")
     threshold: Annotated[Number, Field(ge=0)] = Field(
-        0.0, description="dK at and below which a crack arrests [MPa mm^0.5]"
+        0.0, description="dK at and below which a tip does not advance [MPa mm^0.5]"
     )
     load_ratio: Annotated[Number, Field(ge=0, lt=1)] = Field(
         0.0, description="least load over greatest"
@@ -562,9 +563,7 @@ class Scene(Model):
     solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = "auto"
     fracture: Fracture = Fracture()
     growth: Growth | None = Field(None, description="left out: the cracks do not grow")
-    fatigue: Fatigue | None = Field(
-        None, description="left out: no cycles are counted along the path of a growing crack"
-    )
+    fatigue: Fatigue | None = Field(None, description="goes with growth.control: fatigue")
     output: Output = Output()
 
     @model_validator(mode="after")

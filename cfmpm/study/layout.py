@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cfmpm.results import VARIABLES
+from cfmpm.results import OF_FATIGUE, VARIABLES
 from cfmpm.scene import Scene
 from cfmpm.scene.document import parse_key
 from cfmpm.scene.model import Model
@@ -40,8 +40,8 @@ LAST = (
     *("strain_energy", "external_work", "fracture_energy"),
 )
 RESERVED = {
-    *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_MEMBERS, *AT_START, *FROM_STEPS),
-    *("load_factor", "stability", "cycles"),
+    *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_FATIGUE, *OF_MEMBERS, *AT_START, *FROM_STEPS),
+    *("load_factor", "stability"),
     *(f"final_{name}" for name in LAST),
     *(f"{name}_spread" for name in VARIABLES),
 }
