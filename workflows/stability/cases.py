@@ -114,7 +114,8 @@ def run_case(scene_file: str, shared: Mapping[str, Any], case: Case) -> xr.Datas
     row["load_factor"] = ("step", history.load_factor.values)
     row["J_path"] = ("step", j)
     row["force"] = ("step", top.reaction_y.values)
-    row["motion"] = ("step", top.displacement_y.values)
+    bottom = history.displacement_y.sel(boundary="bottom")
+    row["elongation"] = ("step", (top.displacement_y - bottom).values)
     return row
 
 
@@ -123,7 +124,7 @@ def _nothing(status: str, message: str) -> xr.Dataset:
     names = ("J", "load_reached", "negative_pivots", "unstable_points", "newton_iterations")
     row = xr.Dataset(dict.fromkeys((*names, "substeps", "residual", "overlap"), np.nan))
     row["status"], row["message"], row["warnings"], row["not_known"] = status, message, "", 0
-    for name in ("load_factor", "J_path", "force", "motion"):
+    for name in ("load_factor", "J_path", "force", "elongation"):
         row[name] = ("step", np.full(1, np.nan))
     return row
 

@@ -136,13 +136,13 @@ def _draw_errors(dataset: xr.Dataset, path: Path) -> None:
         a.set_xscale("log")
         a.set_xlim(1e-17, 1.0)
         a.set_title("error against what is known")
-        a.legend(loc="upper right")
+        a.legend(loc="lower left", bbox_to_anchor=(0.0, 0.62))
         rows = np.arange(solved.sizes["case"])
         b.barh(rows, solved.newton_iterations, color=BLUE, height=0.6, label="Newton iterations")
         b.plot(solved.substeps, rows, "|", color=VERMILLION, ms=7.0, mew=1.5, label="steps")
         b.set_xscale("log")
         b.set_title("finite deformation: iterations and steps")
-        b.legend(loc="upper right")
+        b.legend(loc="lower right")
         for one, drawn in ((a, compared), (b, solved)):
             _name_rows(one, drawn)
 
@@ -153,21 +153,21 @@ def _name_rows(axes: Axes, dataset: xr.Dataset) -> None:
 
 
 def _draw_paths(dataset: xr.Dataset, path: Path) -> None:
-    """Draw force against motion of the top for some cases."""
+    """Draw force against elongation for some cases."""
     with panels(path, (12.0, 4.0), 1, 3) as axes:
         for one, (title, cases) in zip(axes.flat, PATHS.items(), strict=True):
             for k, (name, label) in enumerate(cases.items()):
                 row = dataset.sel(case=name)
-                motion, force = (np.append(0.0, row[key].values) for key in ("motion", "force"))
+                longer, force = (np.append(0.0, row[key].values) for key in ("elongation", "force"))
                 # Each in parts of its largest, where cases of two sizes share a picture.
                 scale = np.nanmax(np.abs(force)) if title == "Reversal" else 1.0
-                far = np.nanmax(np.abs(motion)) if title == "Reversal" else 1.0
-                curves.draw_curve(one, motion / far, force / scale, label, k)
+                far = np.nanmax(np.abs(longer)) if title == "Reversal" else 1.0
+                curves.draw_curve(one, longer / far, force / scale, label, k)
                 if row.status == "unstable":
                     last = np.flatnonzero(np.isfinite(force))[-1]
-                    one.plot(motion[last], force[last], "x", color="k", ms=9.0, mew=1.6)
+                    one.plot(longer[last], force[last], "x", color="k", ms=9.0, mew=1.6)
             one.set_title(title)
             reverse = title == "Reversal"
-            one.set_xlabel("motion of the top" + (", of its largest" if reverse else " [mm]"))
+            one.set_xlabel("elongation" + (", of its largest" if reverse else " [mm]"))
             one.set_ylabel("force" + (", of its largest" if reverse else " [N/mm]"))
             one.legend(loc="best")
