@@ -64,6 +64,8 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
         items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
     if scene.material.g_c is None and not finite:
         items.append("load at fracture: no material.g_c")
+        if scene.fatigue is not None:
+            items.append("end of fatigue by fracture: no material.g_c")
     if not scene.output.fields and scene.output.every is None:
         items.append("field output: not asked for (output.fields: true)")
     return items
@@ -201,7 +203,7 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
             "is asked for: a strong contrast of stiffness, near incompressibility, or a slender "
             "ligament"
         )
-    if body.deviation > DEVIATION:
+    if body.grown.deviation > DEVIATION:
         found.append(
             f"a segment points more than {DEVIATION:g} deg away from the direction asked for: that "
             f"one pointed back, beyond a kink of {LARGEST_KINK:g} deg, or the crack ran into a "

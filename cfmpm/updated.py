@@ -512,6 +512,8 @@ def _loaded(body: Body, motion: Motion) -> Body:
             prescribed=np.zeros(nothing.shape, bool),
             displacement=nothing,
             boundaries={},
+            loose=np.zeros((0, 1, 2)),
+            node_area=np.ones((1, 1)),
         )
     motion = replace(motion, springs=_springs(body, motion, fill))
     own_weight = np.zeros_like(force)

@@ -127,6 +127,25 @@ class TestRun:
         assert result.exit_code == 0, result.output
         assert not list(Path("results/whole").glob("cf_*"))
 
+    def test_nothing_of_two_runs_stands_side_by_side(self, scene: Path) -> None:
+        """Whatever a run, plot and export can write is gone when the next run has ended."""
+        pytest.importorskip("pyvista")
+        folder = Path("results/small")
+        folder.mkdir(parents=True)
+        mine = {"notes.txt", "cf_mine.png", "fields_mine.nc", ".history.nc.mine", "vtu"}
+        for name in mine - {"vtu"}:
+            (folder / name).touch()
+        growing = ["growth={control: crack, increments: 2}", "output={every: 1, fields: true}"]
+        call("run", scene, *(part for text in growing for part in ("--set", text)))
+        for command in ("plot", "export"):
+            assert call(command, folder).exit_code == 0
+        (folder / "vtu" / "mine.vtu").touch()
+        (folder / ".history.nc.0123abcd.part").touch()  # of a run that was killed
+        assert len(list(folder.iterdir())) > 20
+        assert call("run", scene).exit_code == 0
+        assert {path.name for path in folder.iterdir()} == {*mine, "history.nc"}
+        assert [path.name for path in (folder / "vtu").iterdir()] == ["mine.vtu"]
+
 
 class TestFailures:
     def test_every_problem_of_a_scene_on_its_line(self, scene: Path) -> None:
@@ -261,8 +280,9 @@ class TestPlot:
         assert {p.name for p in Path("pictures").iterdir()} == self.PICTURES
 
     def test_fields_of_another_run_are_not_used(self, scene: Path) -> None:
-        call("run", scene, "--set", "output.fields=true")
+        call("run", scene, "--set", "output.fields=true", "--output", "other")
         call("run", scene)
+        Path("other/fields.nc").rename("results/small/fields.nc")
         result = call("plot", "results/small")
         assert result.exit_code == 0, result.output
         assert "belongs to another run" in result.stderr
@@ -386,10 +406,13 @@ class TestGrowth:
         assert max(map(len, result.stdout.splitlines())) <= 100
 
     def test_cycles_are_said_when_asked_for(self, scene: Path) -> None:
-        result = call("run", scene, "--set", "fatigue={C: 1e-12, m: 3}")
+        changes = ("fatigue={C: 1e-12, m: 3}", "growth.control=fatigue", "material.g_c=null")
+        result = call("run", scene, *(word for change in changes for word in ("--set", change)))
         assert result.exit_code == 0, result.output
         with xr.open_dataset("results/small/history.nc") as history:
-            assert f"{float(history['cycles'][-1, 0]):.6g}" in result.stdout
+            assert f"{float(history['cycles'][-1]):.6g}" in result.stdout
+            for name in ("delta_K", "da_dN"):
+                assert f"{float(history[name][0, 0]):.6g} to " in result.stdout
 
     @pytest.mark.parametrize(
         ("changes", "words"),
@@ -397,6 +420,7 @@ class TestGrowth:
             ([], ("increment by increment", "G of the first tip", "hoop", "4 increments at most")),
             (["growth.control=load", "growth.criterion=cf_norm"], ("whose |CF| reaches g_c",)),
             (["growth.tips=largest", "growth.direction=cf"], ("alone", "configurational force")),
+            (["growth.control=fatigue", "fatigue={C: 1e-12, m: 3}"], ("by cycles", "Paris' law")),
         ],
     )
     def test_check_says_what_growth_will_do(

@@ -68,6 +68,8 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
         yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
     elif not os.path.isfile(mesh_file.path):
         yield "mesh_file.file", f"no such file: {mesh_file.path}"
+    elif mesh_file.sha256 not in (None, mesh_file.digest()):
+        yield "mesh_file.file", f"is not what it was when sha256 was taken: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
     yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
     for i, region in enumerate(mesh_file.regions):
@@ -122,9 +124,15 @@ def _refinement(scene: Scene) -> Iterator[Finding]:
 
 
 def _fatigue(scene: Scene) -> Iterator[Finding]:
-    """Cycles along a path that is not followed to its end."""
-    if scene.fatigue is not None and (scene.growth is None or scene.growth.control != "crack"):
-        yield "fatigue", "counts cycles along a path: it needs growth with control: crack"
+    """A law without cracks that obey it, or the other way round."""
+    growth = scene.growth
+    asked = growth is not None and growth.control == "fatigue"
+    if scene.fatigue is not None and not asked:
+        yield "fatigue", "is the law of growth.control: fatigue, which the scene does not ask for"
+    if scene.fatigue is None and asked:
+        yield "fatigue", "is missing: growth.control: fatigue needs its C and m"
+    if asked and growth is not None and growth.tips == "largest":
+        yield "growth.tips", "largest does not go with control: fatigue, by which all tips advance"
 
 
 def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
@@ -136,15 +144,19 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
         yield f"{plastic[0]}material.law", "j2 needs kinematics: finite"
     if plastic and scene.updated.integration == "domains":
         yield "updated.integration", "domains average the state of a point: j2 needs points"
-    if scene.growth is not None and scene.growth.control == "crack":
+    if scene.growth is not None and scene.growth.control != "load":
+        control = scene.growth.control
         if scene.kinematics == "finite":
             yield (
                 "growth.control",
-                "crack needs kinematics: small, in which results grow in proportion to the load; "
-                "at finite deformation cracks grow under control: load",
+                f"{control} needs kinematics: small, in which results grow in proportion to the "
+                "load; at finite deformation cracks grow under control: load",
             )
         if scene.load_steps != 1:
-            yield "load_steps", "does not go with growth.control: crack, which sets the load itself"
+            yield (
+                "load_steps",
+                f"does not go with growth.control: {control}, which sets the load itself",
+            )
     if scene.kinematics != "finite":
         return
     if scene.plane == "stress":
@@ -190,7 +202,7 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
     """Materials that a growing crack could not be compared with."""
-    if scene.growth is None:
+    if scene.growth is None or scene.growth.control == "fatigue":
         return
     parts = {"": scene.material}
     parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}

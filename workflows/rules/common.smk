@@ -25,6 +25,7 @@ onstart:
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "growth.yaml")
+configfile: str(ROOT / "configs" / "workflow" / "large_strain.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "work_precision.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
 
