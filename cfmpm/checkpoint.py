@@ -13,20 +13,25 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from cfmpm import body as bodies
-from cfmpm.body import Body
+from cfmpm import updated
+from cfmpm.body import Body, Grown
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import Problem, SceneError
+from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.pieces import ParticleDomains, Quadrature
-from cfmpm.points import MaterialPoints
+from cfmpm.points import MaterialPoints, seed
 from cfmpm.record import Origin, Record
 from cfmpm.results import StepRecord, written_aside
 from cfmpm.scene import Scene, effective_config, expand
 from cfmpm.simulation import Start
 
 # Of the layout of the file.
-FORMAT = 2
+FORMAT = 4
+
+# Of `Motion`, what does not follow from the reference.
+MOTION = ("displacement", "triangle", "base", "smoothed")
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -50,8 +55,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "edges": list(mesh.edges),
         "cracks": list(mesh.cracks),
         "points": mesh.points,
-        "quality": body.quality,
-        "deviation": body.deviation,
+        "grown": asdict(body.grown),
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
@@ -59,6 +63,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "decision": None if decision is None else asdict(decision),
         "level": start.level,
         "balance": _numbers(start.balance),
+        "resets": 0 if body.motion is None else body.motion.resets,
     }
     arrays = {
         "texts": np.array(json.dumps(texts, default=lambda value: value.tolist())),
@@ -72,6 +77,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **_columns("quadrature", body.quadrature),
         **_columns("balance", start.balance),
         **_steps(record.steps),
+        **_motion(body),
     }
     with written_aside(path) as aside, aside.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
@@ -117,6 +123,8 @@ def read_checkpoint(path: Path) -> Start:
     if decision is not None:
         for key in ("running", "tangents"):
             decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
+        if decision["progress"] is not None:
+            decision["progress"] = Progress(**decision["progress"])
         decision = Decision(**decision)
     return Start(
         _read_body(arrays, texts, record),
@@ -190,6 +198,14 @@ def _read_steps(arrays: Arrays, seconds: list[dict[str, float]]) -> list[StepRec
     ]
 
 
+def _motion(body: Body) -> Arrays:
+    """What of the motion of a body does not follow from its reference."""
+    if body.motion is None:
+        return {}
+    kept = {f"motion.{name}": getattr(body.motion, name) for name in MOTION}
+    return {"grid.nodes": body.grid.nodes, **kept}
+
+
 def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
     mesh = Triangulation(
         nodes=arrays["mesh.nodes"],
@@ -207,13 +223,19 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
             return None
         return kind(**{field.name: arrays[f"{prefix}.{field.name}"] for field in fields(kind)})
 
+    grid = bodies.named_grid(mesh, record.full, names)
+    points = table("points", MaterialPoints)
+    quadrature = table("quadrature", Quadrature)
+    if record.full.formulation == "updated":
+        body = updated.begin(bodies.compose(record.full, mesh, grid, seed(grid)))
+        kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
+        return updated.restore(body, arrays["grid.nodes"], points, quadrature, kept)
     return bodies.compose(
         record.full,
         mesh,
-        bodies.named_grid(mesh, record.full, names),
-        table("points", MaterialPoints),
+        grid,
+        points,
         table("domains", ParticleDomains),
-        table("quadrature", Quadrature),
-        texts["quality"],
-        texts["deviation"],
+        quadrature,
+        Grown(**texts["grown"]),
     )

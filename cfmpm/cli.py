@@ -261,7 +261,8 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
     with _placed(scene, scene_file, overrides):
         start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
-    left_out = remarks.left_out(start.scene, bool(start.grid.tips))
+    finite = start.scene.kinematics == "finite"
+    left_out = remarks.left_out(start.scene, bool(start.grid.tips), finite=finite)
     radii = [max(domain.radii) for domain in start.tip_domains]
     folder = output or Path("results") / scene.name
     path = save_scene(folder, start.scene, start.grid, start.loading, radii)
@@ -280,9 +281,9 @@ def plot(
 ) -> None:
     """Draw a result: scene.png, deformed.png, and for each tip mesh_<tip>.png, cf_<tip>.png.
 
-    With several domain radii also radii_<tip>.png. Of growth paths.png, cf.png, factors.png,
-    angles.png, energy.png; where the load changes load.png and force_<part>_<axis>.png; and, with
-    output.every, growth.gif.
+    With several domain radii also radii_<tip>.png; with steps at several loads
+    force_<part>_<axis>.png, and steps_<tip>.png or, of growth, load.png. Of growth besides
+    paths.png, cf.png, factors.png, angles.png, energy.png; and, with output.every, growth.gif.
 
     Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
     cracks grew, deformed.png and cf_<tip>.png are then left out.
@@ -314,6 +315,7 @@ def plot(
     radii = [max(domain.radii) for domain in state.tip_domains]
     written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
     written += files.save_tip_points(folder, state) + files.save_radii(folder, history)
+    written += files.save_steps(folder, history)
     if scene.growth is not None:
         written += files.save_growth(folder, history, state.scene, state.grid)
         if (source.parent / INDEX).exists():

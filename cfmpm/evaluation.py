@@ -11,7 +11,8 @@ import numpy as np
 from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import cf, criteria
-from cfmpm.fracture.interaction import intensity_factors
+from cfmpm.fracture.domains import FILL, sharp_bend
+from cfmpm.fracture.interaction import bent_faces, intensity_factors
 from cfmpm.fracture.opening import smallest_openings
 from cfmpm.grid import CrackTip, Floats, Grid, region_of
 from cfmpm.points import MaterialPoints
@@ -24,6 +25,7 @@ def evaluate_tips(
     balance: Equilibrium,
     nodal: Floats,
     g_c: Sequence[float | None],
+    plastic: Floats | None = None,
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
@@ -42,6 +44,8 @@ def evaluate_tips(
         From `cf.nodal_force`.
     g_c : sequence of float or None
         Critical energy release rate of each region [N/mm].
+    plastic : (n, 2) float, optional
+        From `mechanics.plastic_nodal_force`.
 
     Returns
     -------
@@ -59,7 +63,7 @@ def evaluate_tips(
         for radius in domain.radii:
             q = cf.ring_weight(near.grid, near.tip, radius)
             force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
-            j = cf.j_integral(near.nodal, q, tip)
+            j = _j_integral(body, balance, near, radius, lame[region])
             ring = {
                 "domain_radius": radius,
                 "J_radius": j,
@@ -68,6 +72,7 @@ def evaluate_tips(
                 "cf_angle_radius": cf.angle(force, tip),
             }
             if not balance.finite:
+                faces = bent_faces(grid, balance.displacement, tip, radius, lame[region])
                 k = intensity_factors(
                     near.grid,
                     near.points,
@@ -77,6 +82,7 @@ def evaluate_tips(
                     q,
                     body_force,
                     near.contact_force,
+                    faces,
                 )
                 ring |= {
                     "G_radius": k.G,
@@ -100,6 +106,10 @@ def evaluate_tips(
             "cf_tip_y": nodal[tip.node, 1],
             "min_opening": openings[tip.crack],
         }
+        if plastic is not None:
+            radius = domain.radii[largest]
+            row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
+            row["J_plastic"] = cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
         if not balance.finite:
             row["kink_angle"] = criteria.max_hoop_angle(row["K_I"], row["K_II"])
             toughness = g_c[region]
@@ -108,6 +118,18 @@ def evaluate_tips(
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+
+
+def _j_integral(
+    body: Body, balance: Equilibrium, near: _Neighbourhood, radius: float, lame: Floats
+) -> float:
+    """J of a ring [N/mm], which a sharp bend of the crack makes smaller."""
+    radius = min(radius, FILL * sharp_bend(near.tip))
+    j = cf.j_integral(near.nodal, cf.ring_weight(near.grid, near.tip, radius), near.tip)
+    if balance.finite:
+        return j
+    faces = bent_faces(body.grid, balance.displacement, near.tip, radius, lame)
+    return j if faces is None else j + faces.own
 
 
 @dataclass(frozen=True)

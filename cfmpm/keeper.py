@@ -58,7 +58,7 @@ class Keeper:
         # The next run solves this body again: a state of balance has more to it than is kept.
         before = copy.copy(record)
         before.steps = record.steps[:-1]
-        self._start = Start(state.body, before, self._decision, state.level, state.before)
+        self._start = Start(state.solved, before, self._decision, state.level, state.before)
         self._record, self._decision = record, state.decision
         scene = record.scene
         several = scene.growth is not None or len(load_levels(scene)) > 1

@@ -45,11 +45,20 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cf_angle": (_TIP, "degree", "angle of the configurational force from the crack tangent"),
     "cf_tip_x": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
     "cf_tip_y": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
+    "cf_plastic_x": (_TIP, "N mm-1", "what plastic work adds to the configurational force"),
+    "cf_plastic_y": (_TIP, "N mm-1", "what plastic work adds to the configurational force"),
+    "J_plastic": (_TIP, "N mm-1", "what plastic work adds to J, which is of the stored energy"),
     "J": (_TIP, "N mm-1", "domain integral along the crack tangent, largest ring"),
     "G": (_TIP, "N mm-1", "energy release rate from K_I and K_II, largest ring"),
     "K_I": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest ring"),
     "K_II": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest ring"),
     "T_stress": (_TIP, "MPa", "T-stress, largest ring"),
+    "cf_norm_grid": (
+        _TIP,
+        "N mm-1",
+        "norm of the configurational force on a disc of the grid, where that is reset",
+    ),
+    "tip_drift": (_TIP, "mm", "distance of the material's tip from that of the grid, if reset"),
     "kink_angle": (_TIP, "degree", "angle of largest hoop stress from the crack tangent"),
     "min_opening": (_TIP, "mm", "smallest opening of the crack's faces, negative in overlap"),
     "critical_load_factor": (_TIP, "1", "load factor at which G reaches g_c"),
@@ -62,6 +71,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cf_norm_radius": (_RADIUS, "N mm-1", "norm of the configurational force on the domain"),
     "cf_angle_radius": (_RADIUS, "degree", "angle of the configurational force, from the tangent"),
     "strain_energy": (_STEP, "N", "strain energy per mm of thickness (N mm/mm)"),
+    "plastic_work": (_STEP, "N", "plastic work per mm of thickness (N mm/mm); nan without flow"),
     "external_work": (_STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
     "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
     "newton_iterations": (_STEP, "1", "Newton iterations so far; 0 for a linear solve"),
@@ -77,8 +87,15 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "n_points": (_STEP, "1", "material points"),
     "n_nodes": (_STEP, "1", "nodes of the background grid"),
     "contact_pairs": (_STEP, "1", "pairs of nodes at which crack faces press on each other"),
+    "min_det_F": (_STEP, "1", "least volume ratio of the material points; nan at small strain"),
+    "least_fill": (_STEP, "1", "of triangles with material the least part that it fills, if reset"),
+    "grid_resets": (_STEP, "1", "how often the grid was moved under the points so far, if reset"),
     "grid_quality": (_STEP, "1", "worst triangle that growth changed; 1 equilateral, 0 flat"),
-    "empty_elements": (_STEP, "1", "triangles without a material point"),
+    "empty_elements": (
+        _STEP,
+        "1",
+        "triangles without a material point; where the grid is reset, with fewer than were seeded",
+    ),
     "floating_nodes": (_STEP, "1", "nodes without stiffness, which were held"),
     "n_unknowns": (_STEP, "1", "free degrees of freedom"),
     "reaction_x": (("step", "boundary"), "N mm-1", _REACTION),
@@ -92,6 +109,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
         "nan without a force",
     ),
     "wall_time": (("step", "phase"), "s", "wall time"),
+}
+# The same, of scenes with fatigue alone.
+OF_FATIGUE = {
+    "cycles": (_STEP, "1", "cycles of load so far, by Paris' law"),
+    "delta_K": (_TIP, _STRESS_INTENSITY, "range of sqrt(K_I^2 + K_II^2) in a cycle"),
+    "da_dN": (_TIP, "mm", "growth per cycle, by Paris' law; zero at and below the threshold"),
 }
 # With which power of the load factor the quantities of a linear scene grow; the others not at all.
 LOAD_POWER = {
@@ -170,7 +193,8 @@ def build_history(
         "phase": len(phases),
     }
     data: dict[str, Any] = {}
-    for name, (dims, units, long_name) in VARIABLES.items():
+    variables = VARIABLES if scene.fatigue is None else VARIABLES | OF_FATIGUE
+    for name, (dims, units, long_name) in variables.items():
         values = np.full([sizes[d] for d in dims], np.nan)
         for i, record in enumerate(records):
             if name == "wall_time":

@@ -61,6 +61,41 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "T6": {"mesh": {"element": "T6", "size": 3}},
     "paper": {"growth": {**GROWTH, "transfer": "paper", "order": 1}},
     "refined": {"fracture": {"refine": 0.4, "radii": 2}},
+    "finite": {
+        "kinematics": "finite",
+        "load_steps": [0.5, 1.0, 1.5],
+        "loads": [
+            {"edge": "edge_1", "displacement": {"y": 0}},
+            {"point": [0, 0], "displacement": {"x": 0}},
+            {"edge": "edge_3", "displacement": {"y": 0.04}},
+        ],
+        "growth": {"direction": "cf", "increments": 7},
+    },
+    "fatigue": {
+        "material": {"E": 210e3, "nu": 0.3},
+        "growth": {"control": "fatigue", "increments": 9},
+        "fatigue": {"C": 1e-12, "m": 3},
+    },
+}
+# A grid that is reset; with pieces whose state is their own from the third step on.
+RESET: dict[str, Any] = {
+    "name": "plate",
+    "family": {"kind": "single_edge", "width": 500, "height": 1000, "crack_length": 100},
+    "material": {"E": 210e3, "nu": 0.3, "law": "ciarlet"},
+    "kinematics": "finite",
+    "formulation": "updated",
+    "loads": [
+        {"edge": "bottom", "displacement": {"y": -100}},
+        {"edge": "top", "displacement": {"y": 100}},
+        {"body_force": [0, -1]},
+    ],
+    "load_steps": [0.3, 0.6, 0.9, 1.0, 0.99, 0.95, 0.9],
+    "mesh": {"element": "T3", "size": 60, "grading": {"tip_size": 12}},
+}
+MODES: dict[str, dict[str, Any]] = {
+    "fixed": {"grid": "fixed", "integration": "domains", "ghost": 0.1},
+    "points": {"grid": "following", "smooth_below": 1.0},
+    "domains": {"grid": "following", "integration": "domains", "smooth_below": 0.7},
 }
 
 
@@ -75,10 +110,12 @@ def same(one: xr.Dataset, other: xr.Dataset) -> None:
     xr.testing.assert_identical(one.drop_vars("wall_time"), other.drop_vars("wall_time"))
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", [*VARIANTS, *MODES])
 @pytest.mark.parametrize("steps", [1, 2, 6])
 def test_the_end_is_that_of_a_run_in_one_go(tmp_path: Path, variant: str, steps: int) -> None:
-    scene = scene_from_dict(SCENE | VARIANTS[variant])
+    reset = variant in MODES
+    parts = RESET | {"updated": MODES[variant]} if reset else SCENE | VARIANTS[variant]
+    scene = scene_from_dict(parts)
     keeper = Keeper(tmp_path)
 
     def observe(state: State, record: Record) -> None:
@@ -93,6 +130,7 @@ def test_the_end_is_that_of_a_run_in_one_go(tmp_path: Path, variant: str, steps:
     assert len(start.record.steps) == steps - 1
     whole, resumed = simulation.run(scene), simulation.run(scene, start=start)
     assert whole.history.sizes["step"] > 6
+    assert not reset or whole.history["grid_resets"][-1] > 1
     same(whole.history, resumed.history)
     np.testing.assert_array_equal(whole.displacement, resumed.displacement)
     np.testing.assert_array_equal(whole.points.stress, resumed.points.stress)

@@ -439,10 +439,13 @@ class TestGrowth:
         assert max(map(len, result.stdout.splitlines())) <= 100
 
     def test_cycles_are_said_when_asked_for(self, scene: Path) -> None:
-        result = call("run", scene, "--set", "fatigue={C: 1e-12, m: 3}")
+        changes = ("fatigue={C: 1e-12, m: 3}", "growth.control=fatigue", "material.g_c=null")
+        result = call("run", scene, *(word for change in changes for word in ("--set", change)))
         assert result.exit_code == 0, result.output
         with xr.open_dataset("results/small/history.nc") as history:
-            assert f"{float(history['cycles'][-1, 0]):.6g}" in result.stdout
+            assert f"{float(history['cycles'][-1]):.6g}" in result.stdout
+            for name in ("delta_K", "da_dN"):
+                assert f"{float(history[name][0, 0]):.6g} to " in result.stdout
 
     @pytest.mark.parametrize(
         ("changes", "words"),
@@ -450,6 +453,7 @@ class TestGrowth:
             ([], ("increment by increment", "G of the first tip", "hoop", "4 increments at most")),
             (["growth.control=load", "growth.criterion=cf_norm"], ("whose |CF| reaches g_c",)),
             (["growth.tips=largest", "growth.direction=cf"], ("alone", "configurational force")),
+            (["growth.control=fatigue", "fatigue={C: 1e-12, m: 3}"], ("by cycles", "Paris' law")),
         ],
     )
     def test_check_says_what_growth_will_do(

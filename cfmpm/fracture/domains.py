@@ -23,6 +23,8 @@ REACH_GROWING = 5.0
 # A domain of fewer element sizes than this holds little but the tip elements, whose fields are
 # wrong by a tenth and more.
 RESOLVED = 4.0
+# A bend of the crack by more than this [rad] counts as a corner.
+SHARP = np.radians(20.0)
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,20 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
     if points:
         distances.append(float(np.hypot(*(grid.nodes[points] - x).T).min()))
     return float(min(distances))
+
+
+def sharp_bend(tip: CrackTip) -> float:
+    """Return the distance from a tip to the nearest sharp bend of its crack [mm], or infinity.
+
+    The fields are singular there, and unless the grid is graded towards it too the energy that the
+    faces beside it let out of a ring is not known.
+    """
+    heading = -np.diff(tip.path, axis=0)
+    ahead, behind = heading[:-1], heading[1:]
+    cross = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
+    turn = np.abs(np.arctan2(cross, (ahead * behind).sum(axis=1)))
+    corners = tip.path[1:-1][turn > SHARP] - tip.path[0]
+    return float(np.hypot(*corners.T).min(initial=np.inf))
 
 
 def _distance_to_own_flank(tip: CrackTip) -> float:

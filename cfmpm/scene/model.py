@@ -428,10 +428,11 @@ class Fracture(Model):
 class Growth(Model):
     """How the cracks grow."""
 
-    control: Literal["load", "crack"] = Field(
+    control: Literal["load", "crack", "fatigue"] = Field(
         "load",
         description="load: at the load of the scene, until no tip runs; crack: at the load that "
-        "makes the criterion just met, increment by increment",
+        "makes the criterion just met, increment by increment; fatigue: by cycles of load up to "
+        "that of the scene, until the criterion is met",
     )
     criterion: Literal["energy_release_rate", "cf_norm"] = Field(
         "energy_release_rate", description="what is compared with g_c; cf_norm is the paper's"
@@ -459,7 +460,7 @@ class Growth(Model):
 
 
 class Fatigue(Model):
-    """Cycles of load between load_ratio and one times the loads of the scene, by Paris' law."""
+    """Paris' law, for cycles of load between load_ratio and one times the loads of the scene."""
 
     C: Positive = Field(
         description="of da/dN = C dK^m [mm/cycle / (MPa mm^0.5)^m]; from m/cycle and MPa m^0.5: "
@@ -467,10 +468,41 @@ class Fatigue(Model):
     )
     m: Positive = Field(description="exponent of dK = (1 - load_ratio) sqrt(K_I^2 + K_II^2)")
     threshold: Annotated[Number, Field(ge=0)] = Field(
-        0.0, description="dK at and below which a crack arrests [MPa mm^0.5]"
+        0.0, description="dK at and below which a tip does not advance [MPa mm^0.5]"
     )
     load_ratio: Annotated[Number, Field(ge=0, lt=1)] = Field(
         0.0, description="least load over greatest"
+    )
+
+
+class Updated(Model):
+    """How the updated Lagrangian formulation resets its grid."""
+
+    grid: Literal["fixed", "following"] = Field(
+        "fixed",
+        description="fixed: back to where it was after every load step, as the paper does; "
+        "following: boundary, crack faces and tips stay with the material, and the inside is "
+        "smoothed where its triangles become bad",
+    )
+    integration: Literal["points", "domains"] = Field(
+        "points",
+        description="points: each material point where it is, with its volume, as the paper does; "
+        "domains: by the exact parts of its domain in the triangles of the grid",
+    )
+    ghost: Annotated[Number, Field(ge=0)] = Field(
+        0.0,
+        description="stabilisation of triangles that hold little material: this times E h^2 times "
+        "the squared jump of the normal gradient across their sides; 0.1 is enough",
+    )
+    smooth_below: Annotated[Number, Field(ge=0, le=1)] = Field(
+        0.2,
+        description="quality of a triangle of a following grid below which it is smoothed: 1 is "
+        "equilateral, 0 flat; 1 smooths after every step, 0 never",
+    )
+    margin: Length | None = Field(
+        None,
+        description="of a fixed grid around the body, into which it may move [mm]; default from "
+        "the prescribed displacement",
     )
 
 
@@ -504,8 +536,14 @@ class Scene(Model):
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
-        "auto: small, unless that would change the energy by more than 1e-3",
+        "auto: small, unless finite would change the energy by more than 1 % (finite_effect)",
     )
+    formulation: Literal["total", "updated"] = Field(
+        "total",
+        description="total: all is in the reference configuration; updated: the grid is reset "
+        "after every load step, as the paper does",
+    )
+    updated: Updated = Field(Updated(), description="how, with formulation: updated")
     loads: list[Load] = []
     load_steps: Annotated[
         Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]
@@ -525,9 +563,7 @@ class Scene(Model):
     solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = "auto"
     fracture: Fracture = Fracture()
     growth: Growth | None = Field(None, description="left out: the cracks do not grow")
-    fatigue: Fatigue | None = Field(
-        None, description="left out: no cycles are counted along the path of a growing crack"
-    )
+    fatigue: Fatigue | None = Field(None, description="goes with growth.control: fatigue")
     output: Output = Output()
 
     @model_validator(mode="after")

@@ -9,7 +9,7 @@ from itertools import chain
 
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body
-from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene
+from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
 from cfmpm.scene.rules_load import (
@@ -40,6 +40,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *_fatigue(scene),
             *_kinematics(scene, "mesh_file", scene.mesh_file.regions),
             *_nothing_to_grow(scene, bool(scene.mesh_file.cracks)),
+            *_formulation(scene),
         ]
     whole = expand(scene)
     geometry = whole.geometry
@@ -48,6 +49,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     found += [*contradictions(whole), *swallowed_loads(whole)]
     found += [*_toughness(scene, "geometry", geometry.regions), *_refinement(scene)]
     found += [*_fatigue(scene), *_kinematics(scene, "geometry", geometry.regions)]
+    found += _formulation(scene)
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
@@ -124,9 +126,15 @@ def _refinement(scene: Scene) -> Iterator[Finding]:
 
 
 def _fatigue(scene: Scene) -> Iterator[Finding]:
-    """Cycles along a path that is not followed to its end."""
-    if scene.fatigue is not None and (scene.growth is None or scene.growth.control != "crack"):
-        yield "fatigue", "counts cycles along a path: it needs growth with control: crack"
+    """A law without cracks that obey it, or the other way round."""
+    growth = scene.growth
+    asked = growth is not None and growth.control == "fatigue"
+    if scene.fatigue is not None and not asked:
+        yield "fatigue", "is the law of growth.control: fatigue, which the scene does not ask for"
+    if scene.fatigue is None and asked:
+        yield "fatigue", "is missing: growth.control: fatigue needs its C and m"
+    if asked and growth is not None and growth.tips == "largest":
+        yield "growth.tips", "largest does not go with control: fatigue, by which all tips advance"
 
 
 def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
@@ -136,15 +144,21 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
     plastic = [part for part, material in parts.items() if material.law == "j2"]
     if plastic and scene.kinematics != "finite":
         yield f"{plastic[0]}material.law", "j2 needs kinematics: finite"
-    if scene.growth is not None and scene.growth.control == "crack":
+    if plastic and scene.updated.integration == "domains":
+        yield "updated.integration", "domains average the state of a point: j2 needs points"
+    if scene.growth is not None and scene.growth.control != "load":
+        control = scene.growth.control
         if scene.kinematics == "finite":
             yield (
                 "growth.control",
-                "crack needs kinematics: small, in which results grow in proportion to the load; "
-                "at finite deformation cracks grow under control: load",
+                f"{control} needs kinematics: small, in which results grow in proportion to the "
+                "load; at finite deformation cracks grow under control: load",
             )
         if scene.load_steps != 1:
-            yield "load_steps", "does not go with growth.control: crack, which sets the load itself"
+            yield (
+                "load_steps",
+                f"does not go with growth.control: {control}, which sets the load itself",
+            )
     if scene.kinematics != "finite":
         return
     if scene.plane == "stress":
@@ -165,9 +179,37 @@ def _nothing_to_grow(scene: Scene, has_tips: bool) -> Iterator[Finding]:
         yield "growth", "needs a crack that ends inside the body: the scene has none"
 
 
+def _formulation(scene: Scene) -> Iterator[Finding]:
+    """What a grid that is reset does not go with."""
+    default = Updated()
+    if scene.formulation == "total":
+        if scene.updated != default:
+            yield "updated", "needs formulation: updated; total resets no grid"
+        return
+    if scene.kinematics != "finite":
+        yield "formulation", "updated needs kinematics: finite; at small strain no grid is reset"
+    if scene.growth is not None:
+        yield "formulation", "updated does not go with growth; cracks grow under total"
+    if scene.mesh.element != "T3":
+        if scene.updated.ghost:
+            yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"
+        for key, needing in (("grid", "following"), ("integration", "domains")):
+            if getattr(scene.updated, key) == needing:
+                yield (
+                    f"updated.{key}",
+                    f"{needing} needs mesh.element: T3, whose sides stay straight; T6 goes with "
+                    "grid: fixed and integration: points",
+                )
+    fits = {"margin": "fixed", "smooth_below": "following"}
+    for key, grid in fits.items():
+        other = getattr(scene.updated, key) != getattr(default, key)
+        if other and scene.updated.grid != grid:
+            yield f"updated.{key}", f"needs updated.grid: {grid}"
+
+
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
     """Materials that a growing crack could not be compared with."""
-    if scene.growth is None:
+    if scene.growth is None or scene.growth.control == "fatigue":
         return
     parts = {"": scene.material}
     parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
