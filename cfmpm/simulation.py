@@ -204,6 +204,7 @@ def run(
                     balance.scale(factor),
                     law=scene.fatigue,
                     grown=body.grown.segments,
+                    blind=body.blind_tips,
                 ),
             )
         record.add(body, balance, tips, decision, clock.lap())
