@@ -441,7 +441,7 @@ class _March:
         points, state = self._problem.points, found.state
         points.displacement_gradient = state.displacement_gradient
         points.stress, points.energy = state.stress, state.energy
-        lost = self._unstable_points(state)
+        lost, known = self._unstable_points(state), last.unstable_points > 0
         self._history = state.history
         return Equilibrium(
             displacement=state.displacement,
@@ -462,7 +462,7 @@ class _March:
             substeps=last.substeps + 1,
             residuals=found.residuals,
             unstable_points=lost,
-            unstable_from=load_factor if lost and not last.unstable_points else last.unstable_from,
+            unstable_from=load_factor if lost and not known else last.unstable_from,
         )
 
     def _work(self, last: Equilibrium, before: _State, after: _State, load_factor: float) -> float:

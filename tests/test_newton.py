@@ -312,3 +312,12 @@ def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
     assert (1 - 12 / 50) * reached[0] < reached[1] < reached[0]
     assert (history.min_opening > -1e-8).all()
     assert (history.contact_pairs > 0).all()
+
+
+def test_the_first_loss_of_ellipticity_is_dated():
+    """Even in the first step of all, which has nothing before it."""
+    ideal = {"E": 1e4, "nu": 0.3, "law": "j2", "yield_stress": 10.0}
+    balance = run(PLATE, material=ideal, load_steps=[0.02]).balance
+    assert balance.substeps == 1
+    assert balance.unstable_points > 0
+    assert balance.unstable_from == 0.02
