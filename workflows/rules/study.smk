@@ -59,8 +59,8 @@ rule study_batch:
     wildcard_constraints:
         study="[A-Za-z][A-Za-z0-9_-]*",
         batch=r"\d+",
-    retries: 2
     threads: 1
+    retries: 2
     resources:
         mem_mb=more_memory,
         runtime=60,
