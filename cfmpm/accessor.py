@@ -101,25 +101,42 @@ class History:
                 f"holds several runs: choose one along {', '.join(several)}, such as "
                 f"ds.isel({several[0]}=0).cfmpm"
             )
-        self._history = dataset
+        lost = [name for name in ("step", "tip") if name not in dataset["tip_x"].dims]
+        self._history = dataset.expand_dims(lost)
 
     @property
     def scene(self) -> Scene:
         """The scene of the run, from the configuration that the history carries.
+
+        Of a member of a study the base with the values of its parameters.
 
         Raises
         ------
         SceneError
             Where that is damaged.
         """
-        from cfmpm.scene import scene_from_dict
+        from cfmpm.scene import parse_override, scene_from_dict
 
+        of_study = "base" in self._history.attrs
+        name = "base" if of_study else "config"
         place = str(self._history.encoding.get("source", "history"))
         try:
-            config: dict[str, Any] = json.loads(self._history.attrs["config"])
+            config: dict[str, Any] = json.loads(self._history.attrs[name])
         except ValueError:
-            raise SceneError([Problem("its attribute config is damaged", file=place)]) from None
-        return scene_from_dict(config, f"{place}: config")
+            raise SceneError([Problem(f"its attribute {name} is damaged", file=place)]) from None
+        values = {
+            key: value.item() if value.dtype.kind in "fi" else parse_override(f"{key}={value}")[1]
+            for key, value in self._parameters().items()
+        }
+        return scene_from_dict(config, f"{place}: {name}", values)
+
+    def _parameters(self) -> dict[str, NDArray[Any]]:
+        """Values of the parameters of a member of a study, by the keys they set."""
+        return {
+            str(one.attrs["key"]): one.values
+            for one in self._history.coords.values()
+            if one.ndim == 0 and "key" in one.attrs
+        }
 
     def path(self) -> dict[str, NDArray[np.float64]]:
         """Return where each tip has been.

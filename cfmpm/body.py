@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from cfmpm import pieces
 from cfmpm.fracture.domains import Domains, choose_domains
 from cfmpm.fracture.refinement import refine
-from cfmpm.fracture.release import advance, is_tip
+from cfmpm.fracture.release import Release, advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.materials import locks
@@ -21,6 +21,25 @@ from cfmpm.points import MaterialPoints, relocate, seed
 from cfmpm.scene import Scene, expand
 
 
+@dataclass(frozen=True)
+class Grown:
+    """What growth has done to a body.
+
+    Attributes
+    ----------
+    quality : float
+        Of the worst triangle that it has changed so far; 1 equilateral, 0 flat.
+    deviation : float
+        Largest angle between a segment just released and the direction asked for [deg].
+    segments : dict of str to float
+        Lengths of the segments just released, by the tips that ran [mm].
+    """
+
+    quality: float = 1.0
+    deviation: float = 0.0
+    segments: dict[str, float] = field(default_factory=dict)
+
+
 class SeveredError(Exception):
     """A crack has cut off a part that the loads drive away.
 
@@ -28,11 +47,15 @@ class SeveredError(Exception):
     ----------
     triangulation : Triangulation
         The grid with that crack.
+    grown : Grown
     """
 
-    def __init__(self, triangulation: Triangulation) -> None:
-        self.triangulation = triangulation
+    def __init__(self, triangulation: Triangulation, grown: Grown) -> None:
+        self.triangulation, self.grown = triangulation, grown
         super().__init__("severed: a part of the body is cut off, and the loads drive it away")
+
+
+NOTHING_GROWN = Grown()
 
 
 @dataclass(frozen=True)
@@ -60,10 +83,7 @@ class Body:
         One a tip of the grid.
     patches : Patches or None
         Over which the change of volume is averaged; None where triangles do not lock.
-    quality : float
-        Of the worst triangle that growth has changed so far; 1 equilateral, 0 flat.
-    deviation : float
-        Largest angle between a segment just released and the direction asked for [deg].
+    grown : Grown
     empty_elements, floating_nodes : int
         Triangles without a quadrature point and nodes that only these touch, which are held.
     motion : Motion or None
@@ -80,11 +100,16 @@ class Body:
     loading: Loading
     tip_domains: tuple[Domains, ...]
     patches: Patches | None
-    quality: float = 1.0
-    deviation: float = 0.0
+    grown: Grown = NOTHING_GROWN
     empty_elements: int = 0
     floating_nodes: int = 0
     motion: Motion | None = None
+
+    @property
+    def blind_tips(self) -> set[str]:
+        """Tips whose domain cannot tell where they would turn to."""
+        pairs = zip(self.grid.tips, self.tip_domains, strict=True)
+        return {tip.name for tip, domain in pairs if not domain.steers}
 
 
 def build(scene: Scene) -> Body:
@@ -120,8 +145,7 @@ def compose(
     points: MaterialPoints,
     domains: pieces.ParticleDomains | None = None,
     quadrature: pieces.Quadrature | None = None,
-    quality: float = 1.0,
-    deviation: float = 0.0,
+    grown: Grown = NOTHING_GROWN,
 ) -> Body:
     """Put a body together: its loads, tip domains and what it is integrated over.
 
@@ -129,7 +153,7 @@ def compose(
     ----------
     scene : Scene
         Expanded.
-    triangulation, grid, points, domains, quadrature, quality, deviation
+    triangulation, grid, points, domains, quadrature, grown
         As in `Body`.
 
     Returns
@@ -156,8 +180,7 @@ def compose(
         loading=hold_nodes(apply_loads(scene, grid, integration), floating),
         tip_domains=_tip_domains(scene, grid),
         patches=build_patches(grid) if locks(scene, grid.region_names) else None,
-        quality=quality,
-        deviation=deviation,
+        grown=grown,
         empty_elements=empty,
         floating_nodes=len(floating),
     )
@@ -185,7 +208,8 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     """
     scene, mesh = body.scene, body.triangulation
     tips = {tip.name: tip for tip in body.grid.tips}
-    steps = []
+    steps: list[Release] = []
+    segments: dict[str, float] = {}
     refined = [np.empty(0, np.int64)]
     for name, direction in running.items():
         tip = tips[name]
@@ -194,8 +218,10 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
             if scene.fracture.refine is not None:
                 mesh, parts = refine(mesh, tip.path[0], scene.fracture.refine)
                 refined.append(parts)
-            steps.append(advance(mesh, tip.crack, tip.end, direction))
-            mesh = steps[-1].triangulation
+            step = advance(mesh, tip.crack, tip.end, direction)
+            mesh = step.triangulation
+            segments[name] = float(np.hypot(*(mesh.nodes[step.end] - mesh.nodes[step.start])))
+            steps.append(step)
     names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
     grid = named_grid(mesh, scene, names)
     changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
@@ -211,12 +237,15 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
                 points, domains, quadrature, grid, mesh.nodes[step.start], mesh.nodes[step.end]
             )
     points = replace(points, element=relocate(grid, points))
-    quality = min(body.quality, *(step.quality for step in steps))
-    deviation = max(step.deviation for step in steps)
+    grown = Grown(
+        quality=min(body.grown.quality, *(step.quality for step in steps)),
+        deviation=max(step.deviation for step in steps),
+        segments=segments,
+    )
     try:
-        return compose(scene, mesh, grid, points, domains, quadrature, quality, deviation)
+        return compose(scene, mesh, grid, points, domains, quadrature, grown)
     except UnheldError as unheld:
-        raise SeveredError(mesh) from unheld
+        raise SeveredError(mesh, grown) from unheld
 
 
 def update_owners(body: Body) -> None:

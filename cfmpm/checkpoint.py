@@ -10,23 +10,25 @@ from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from cfmpm import body as bodies
 from cfmpm import updated
-from cfmpm.body import Body
+from cfmpm.body import Body, Grown
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import Problem, SceneError
+from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.pieces import ParticleDomains, Quadrature
 from cfmpm.points import MaterialPoints, seed
 from cfmpm.record import Origin, Record
 from cfmpm.results import StepRecord, written_aside
-from cfmpm.scene import Scene, effective_config, expand, scene_from_dict
+from cfmpm.scene import Scene, effective_config, expand
 from cfmpm.simulation import Start
 
 # Of the layout of the file.
-FORMAT = 3
+FORMAT = 4
 
 # Of `Motion`, what does not follow from the reference.
 MOTION = ("displacement", "triangle", "base", "smoothed")
@@ -53,8 +55,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "edges": list(mesh.edges),
         "cracks": list(mesh.cracks),
         "points": mesh.points,
-        "quality": body.quality,
-        "deviation": body.deviation,
+        "grown": asdict(body.grown),
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
@@ -107,7 +108,11 @@ def read_checkpoint(path: Path) -> Start:
     if texts["format"] != FORMAT:
         reason = f"is of format {texts['format']}; this version reads {FORMAT}: run the scene again"
         raise SceneError([Problem(reason, file=str(path))])
-    scene = scene_from_dict(texts["config"], f"{path}: config")
+    # Checked when it was read; a mesh file may be gone by now, since the grid is here.
+    try:
+        scene = Scene.model_validate(texts["config"])
+    except ValidationError:
+        raise SceneError([Problem("its configuration is damaged", file=str(path))]) from None
     origin = texts["origin"]
     origin["tips"] = {name: (crack, end) for name, (crack, end) in origin["tips"].items()}
     record = Record(scene, expand(scene), Origin(**origin))
@@ -118,6 +123,8 @@ def read_checkpoint(path: Path) -> Start:
     if decision is not None:
         for key in ("running", "tangents"):
             decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
+        if decision["progress"] is not None:
+            decision["progress"] = Progress(**decision["progress"])
         decision = Decision(**decision)
     return Start(
         _read_body(arrays, texts, record),
@@ -126,12 +133,6 @@ def read_checkpoint(path: Path) -> Start:
         texts["level"],
         _read_balance(arrays, texts["balance"]),
     )
-
-
-def changed_keys(one: Scene, other: Scene) -> list[str]:
-    """Name the top-level keys in which two scenes differ."""
-    a, b = effective_config(one), effective_config(other)
-    return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
 
 
 def _columns(
@@ -236,6 +237,5 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         points,
         table("domains", ParticleDomains),
         quadrature,
-        texts["quality"],
-        texts["deviation"],
+        Grown(**texts["grown"]),
     )

@@ -11,7 +11,8 @@ import numpy as np
 from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import cf, criteria
-from cfmpm.fracture.interaction import intensity_factors
+from cfmpm.fracture.domains import FILL, sharp_bend
+from cfmpm.fracture.interaction import bent_faces, intensity_factors
 from cfmpm.fracture.opening import smallest_openings
 from cfmpm.grid import CrackTip, Floats, Grid, region_of
 from cfmpm.points import MaterialPoints
@@ -62,7 +63,7 @@ def evaluate_tips(
         for radius in domain.radii:
             q = cf.ring_weight(near.grid, near.tip, radius)
             force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
-            j = cf.j_integral(near.nodal, q, tip)
+            j = _j_integral(body, balance, near, radius, lame[region])
             ring = {
                 "domain_radius": radius,
                 "J_radius": j,
@@ -71,6 +72,7 @@ def evaluate_tips(
                 "cf_angle_radius": cf.angle(force, tip),
             }
             if not balance.finite:
+                faces = bent_faces(grid, balance.displacement, tip, radius, lame[region])
                 k = intensity_factors(
                     near.grid,
                     near.points,
@@ -80,6 +82,7 @@ def evaluate_tips(
                     q,
                     body_force,
                     near.contact_force,
+                    faces,
                 )
                 ring |= {
                     "G_radius": k.G,
@@ -115,6 +118,18 @@ def evaluate_tips(
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+
+
+def _j_integral(
+    body: Body, balance: Equilibrium, near: _Neighbourhood, radius: float, lame: Floats
+) -> float:
+    """J of a ring [N/mm], which a sharp bend of the crack makes smaller."""
+    radius = min(radius, FILL * sharp_bend(near.tip))
+    j = cf.j_integral(near.nodal, cf.ring_weight(near.grid, near.tip, radius), near.tip)
+    if balance.finite:
+        return j
+    faces = bent_faces(body.grid, balance.displacement, near.tip, radius, lame)
+    return j if faces is None else j + faces.own
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,9 @@ from cfmpm.scene.model import Scene
 
 # Column of the history of points.
 PLASTIC_WORK = 5
-# Part of the energy that finite deformation would change, above which `auto` takes it.
-NEGLIGIBLE = 1e-3
+# Part of the energy that finite deformation would change, above which `auto` takes it. A tenth of
+# that would send steel at half its yield stress (strain 1e-3) there, and take away its K.
+NEGLIGIBLE = 1e-2
 
 
 def load_levels(scene: Scene) -> list[float]:

@@ -11,10 +11,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm import mechanics, remarks, results
-from cfmpm.body import Body
+from cfmpm.body import Body, Grown
 from cfmpm.equilibrium import Equilibrium
-from cfmpm.fatigue import paris_cycles
-from cfmpm.fracture import stability
+from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.scene.model import Scene
@@ -112,15 +111,33 @@ class Record:
         values["external_work"] = (
             balance.external_work if balance.finite else self._work_done(factor, conjugates)
         )
-        values["fracture_energy"] = self._fracture_energy(body)
+        if self.full.fatigue is None:
+            values["fracture_energy"] = self._fracture_energy(body)
         self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
         self.warnings |= dict.fromkeys(remarks.doubts(body, balance, scale))
         self.warnings |= dict.fromkeys(remarks.doubts_at_tips(body, tips))
 
-    def add_severed(self, triangulation: Triangulation, seconds: Mapping[str, float]) -> None:
-        """Add the last position of the cracks, after which a part of the body is free."""
+    def add_severed(
+        self,
+        triangulation: Triangulation,
+        seconds: Mapping[str, float],
+        decision: Decision | None,
+        grown: Grown,
+    ) -> None:
+        """Add the last position of the cracks, after which a part of the body is free.
+
+        Parameters
+        ----------
+        triangulation : Triangulation
+        seconds : mapping of str to float
+        decision : Decision or None
+            The one that made it.
+        grown : Grown
+        """
         values = self._of_line_ends(triangulation)
+        if decision is not None and decision.progress is not None:
+            values["cycles"], _ = fatigue.count(decision.progress, grown.segments, {})
         self.steps.append(results.StepRecord(np.nan, values, seconds))
 
     def history(self, ending: str) -> xr.Dataset:
@@ -131,7 +148,7 @@ class Record:
         ending : str
             Why the run ended.
         """
-        history = results.build_history(
+        return results.build_history(
             self.scene,
             self.steps,
             stability=self._stability(),
@@ -145,16 +162,21 @@ class Record:
                 "warnings": list(self.warnings),
             },
         )
-        if self.full.fatigue is not None:
-            history["cycles"] = paris_cycles(history, **dict(self.full.fatigue))
-        return history
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
         """Where each crack ends, and what it does there."""
         values = self._of_line_ends(body.triangulation)
+        progress = decision.progress
+        rates = {} if progress is None else progress.rates
         for i, name in enumerate(self.origin.tips):
-            if name in decision.running:
+            if name in decision.running or (decision.running and rates.get(name)):
                 values["tip_status"][i] = results.TIP_STATUS.index("growing")
+        if progress is not None:
+            values["cycles"] = progress.cycles
+            for quantity, found in (("delta_K", progress.ranges), ("da_dN", rates)):
+                values[quantity] = np.array(
+                    [found.get(name, np.nan) for name in self.origin.tips], float
+                )
         return values
 
     def _of_line_ends(self, mesh: Triangulation) -> dict[str, Any]:
@@ -200,7 +222,7 @@ class Record:
     def _stability(self) -> NDArray[np.int8]:
         """How the cracks go on from each step, as far as crack control tells."""
         growth = self.full.growth
-        if growth is None or growth.control == "load":
+        if growth is None or growth.control != "crack":
             return np.zeros(len(self.steps), np.int8)
         factor = np.array([step.load_factor for step in self.steps])
         dead, grip = np.array([step.conjugates for step in self.steps]).reshape(-1, 2).T
@@ -226,7 +248,8 @@ def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, 
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
     # Zero where a support prescribes the displacement: a force there does no work.
-    applied = float((loading.force * (u - loading.displacement)).sum())
+    free = u - balance.load_factor * loading.displacement
+    applied = float((loading.force * free).sum())
     reaction = float(
         ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
     )
@@ -276,7 +299,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "n_nodes": len(body.grid.nodes),
         "n_unknowns": balance.n_unknowns,
         "contact_pairs": balance.contact_pairs,
-        "grid_quality": body.quality,
+        "grid_quality": body.grown.quality,
         "empty_elements": body.empty_elements,
         "floating_nodes": body.floating_nodes,
         "reaction_x": reaction[:, 0],

@@ -20,6 +20,11 @@ from cfmpm.meshing import resolved_grading
 from cfmpm.motion import Motion
 from cfmpm.scene.model import Scene
 
+# What materials have, widened to round numbers: Young's modulus from flexible foams (1 MPa) to
+# diamond (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and
+# Jones, Engineering Materials 1, tables of Young's modulus and of toughness.
+USUAL = {"E": (1.0, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
+
 # Angle between a segment and the direction asked for [deg] that is worth a warning.
 DEVIATION = 5.0
 # Of a grid that is reset (design study): how full a triangle is, what is left of a point's volume,
@@ -64,6 +69,8 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
         items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
     if scene.material.g_c is None and not finite:
         items.append("load at fracture: no material.g_c")
+        if scene.fatigue is not None:
+            items.append("end of fatigue by fracture: no material.g_c")
     if not scene.output.fields and scene.output.every is None:
         items.append("field output: not asked for (output.fields: true)")
     return items
@@ -133,6 +140,34 @@ def _kinematics(balance: Equilibrium) -> str:
     return f"{chosen}; by estimate finite deformation changes the energy as finite_effect says"
 
 
+def unusual(scene: Scene) -> list[str]:
+    """Name the constants of materials that look as if they were in other units.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+
+    Returns
+    -------
+    list of str
+        Hints: a scene may have such a material.
+    """
+    part = scene.geometry or scene.mesh_file
+    materials = {"": scene.material}
+    materials |= {f"{region.name}: ": region.material for region in (part.regions if part else [])}
+    found = []
+    for name, material in materials.items():
+        for key, (low, high, unit) in USUAL.items():
+            value = getattr(material, key)
+            if value is not None and not low <= value <= high:
+                found.append(
+                    f"{name}material.{key}: {value:g} {unit} is outside of {low:g} to {high:g} "
+                    f"{unit}, which materials have; is it meant in {unit}?"
+                )
+    return found
+
+
 def doubts_before(body: Body) -> list[str]:
     """Name what is doubtful already before a solve.
 
@@ -145,7 +180,7 @@ def doubts_before(body: Body) -> list[str]:
     list of str
     """
     grid = body.grid
-    found = list(body.loading.warnings)
+    found = [*unusual(body.scene), *body.loading.warnings]
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
             found.append(
@@ -179,7 +214,11 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     largest = np.abs(balance.displacement).max(initial=0.0)
     for name, opening in smallest_openings(grid, balance.displacement).items():
         if opening < -1e-6 * largest:
-            found.append(f"{name}: its faces overlap where supports prescribe it")
+            fixed = body.motion is not None and body.scene.updated.grid == "fixed"
+            why = (
+                "on a fixed grid, which has no contact" if fixed else "where supports prescribe it"
+            )
+            found.append(f"{name}: its faces overlap {why}")
     if balance.unstable_points > 0:
         found.append(
             f"from load factor {balance.unstable_from:.4g} on the material has lost ellipticity at "
@@ -197,7 +236,7 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
             "is asked for: a strong contrast of stiffness, near incompressibility, or a slender "
             "ligament"
         )
-    if body.deviation > DEVIATION:
+    if body.grown.deviation > DEVIATION:
         found.append(
             f"a segment points more than {DEVIATION:g} deg away from the direction asked for: that "
             f"one pointed back, beyond a kink of {LARGEST_KINK:g} deg, or the crack ran into a "
@@ -217,9 +256,9 @@ def _alarms(body: Body, motion: Motion) -> Iterator[str]:
     """Name what is wrong with the grid that a body was reset on."""
     if body.empty_elements:
         yield (
-            "triangles inside the body have lost their material point (empty_elements): each is a "
-            "hole, and its neighbours carry its volume; forces are wrong by some per cent and more "
-            "from the first of them on; updated.integration: domains has none"
+            "triangles inside the body have lost material points (empty_elements): each is a hole "
+            "or a mechanism, and its neighbours carry its volume; forces are wrong by some per "
+            "cent and more from the first of them on; updated.integration: domains has none"
         )
     if motion.fill < LEAST_FILL:
         yield (

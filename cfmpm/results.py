@@ -91,7 +91,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "least_fill": (_STEP, "1", "of triangles with material the least part that it fills, if reset"),
     "grid_resets": (_STEP, "1", "how often the grid was moved under the points so far, if reset"),
     "grid_quality": (_STEP, "1", "worst triangle that growth changed; 1 equilateral, 0 flat"),
-    "empty_elements": (_STEP, "1", "triangles without a material point"),
+    "empty_elements": (
+        _STEP,
+        "1",
+        "triangles without a material point; where the grid is reset, with fewer than were seeded",
+    ),
     "floating_nodes": (_STEP, "1", "nodes without stiffness, which were held"),
     "n_unknowns": (_STEP, "1", "free degrees of freedom"),
     "reaction_x": (("step", "boundary"), "N mm-1", _REACTION),
@@ -105,6 +109,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
         "nan without a force",
     ),
     "wall_time": (("step", "phase"), "s", "wall time"),
+}
+# The same, of scenes with fatigue alone.
+OF_FATIGUE = {
+    "cycles": (_STEP, "1", "cycles of load so far, by Paris' law"),
+    "delta_K": (_TIP, _STRESS_INTENSITY, "range of sqrt(K_I^2 + K_II^2) in a cycle"),
+    "da_dN": (_TIP, "mm", "growth per cycle, by Paris' law; zero at and below the threshold"),
 }
 # With which power of the load factor the quantities of a linear scene grow; the others not at all.
 LOAD_POWER = {
@@ -183,7 +193,8 @@ def build_history(
         "phase": len(phases),
     }
     data: dict[str, Any] = {}
-    for name, (dims, units, long_name) in VARIABLES.items():
+    variables = VARIABLES if scene.fatigue is None else VARIABLES | OF_FATIGUE
+    for name, (dims, units, long_name) in variables.items():
         values = np.full([sizes[d] for d in dims], np.nan)
         for i, record in enumerate(records):
             if name == "wall_time":
@@ -303,10 +314,15 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
     OSError
         Where the folder cannot be written; `path` is then untouched.
     """
+    with written_aside(path) as aside:
+        store(dataset, aside)
+
+
+def store(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset to netCDF in place: into what `written_aside` gives."""
     # Coordinates have no missing values; NaN marks them everywhere else.
     encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
-    with written_aside(path) as aside:
-        dataset.to_netcdf(aside, engine="netcdf4", encoding=encoding)
+    dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 import xarray as xr
@@ -29,6 +30,8 @@ GROWTH_PHASES = (*PHASES, "release")
 RESET_PHASES = (*PHASES, "reset")
 # How the ending begins of a run that no stable state goes on from.
 UNSTABLE = "unstable"
+# And of one that lost the stiffness that holds its nodes.
+UNSOLVABLE = "unsolvable"
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,33 @@ class Result(State):
     """
 
     history: xr.Dataset
+
+    def write(self, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
+        """Write the files that ``cfmpm run`` leaves in its folder at the end of a run.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Made if needed. An earlier result there is replaced, with what was drawn and exported.
+        overwrite : bool
+            Whether also one that was broken off and could still go on.
+
+        Returns
+        -------
+        list of Path
+            history.nc and, where the scene has ``output.fields``, fields.nc. The fields of each
+            step (``output.every``) are written only while the command runs.
+
+        Raises
+        ------
+        SceneError
+            Where a run is writing there, or one is that could still go on.
+        OSError
+            Where the folder cannot be written.
+        """
+        from cfmpm.keeper import write_result
+
+        return write_result(self, Path(folder), overwrite=overwrite)
 
 
 @dataclass(frozen=True)
@@ -184,7 +214,7 @@ def run(
             try:
                 balance = mechanics.solve(body, gradients, balance, levels[level], clock)
             except SolveError as error:
-                ending = _ending_without_balance(error, body, record, balance)
+                ending = _ending_without_balance(error, body, record, balance, decision)
                 if not ending:
                     raise
                 break
@@ -196,8 +226,20 @@ def run(
             tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c, plastic)
             tips |= updated.compare(body, gradients, balance)
             factor = balance.load_factor if balance.finite else levels[level]
-            decision = growth.decide(
-                body.grid, tips, g_c, scene.growth, decision, factor, balance.scale(factor)
+            last, decision = (
+                decision,
+                growth.decide(
+                    body.grid,
+                    tips,
+                    g_c,
+                    scene.growth,
+                    decision,
+                    factor,
+                    balance.scale(factor),
+                    law=scene.fatigue,
+                    grown=body.grown.segments,
+                    blind=body.blind_tips,
+                ),
             )
         record.add(seen[0], seen[2], tips, decision, clock.lap())
         state = State(seen[0], seen[2], nodal, decision, level, before, body)
@@ -207,7 +249,13 @@ def run(
             break
         last_level = level + 1 == len(levels)
         ending = growth.ending(
-            scene.growth, decision, body.grid.tips, len(record.steps), last_level=last_level
+            scene.growth,
+            decision,
+            body.grid.tips,
+            len(record.steps),
+            last_level=last_level,
+            last=last,
+            grown=body.grown.segments,
         )
         if ending:
             break
@@ -226,7 +274,7 @@ def run(
             try:
                 body = bodies.release(body, decision.running)
             except bodies.SeveredError as severed:
-                record.add_severed(severed.triangulation, clock.lap())
+                record.add_severed(severed.triangulation, clock.lap(), decision, severed.grown)
                 ending = str(severed)
                 break
             balance = mechanics.carry_over(balance, state.grid, body.grid)
@@ -235,13 +283,17 @@ def run(
 
 
 def _ending_without_balance(
-    error: SolveError, body: Body, record: Record, balance: Equilibrium | None
+    error: SolveError,
+    body: Body,
+    record: Record,
+    balance: Equilibrium | None,
+    decision: growth.Decision | None,
 ) -> str:
     """Say why a run ends where no balance was found; empty where that is a failure."""
     growth_ = body.scene.growth
     if record.steps and growth_ and growth_.transfer == "paper":
-        record.add_severed(body.triangulation, {})
-        return f"unsolvable: growth.transfer: paper took stiffness away; {error}"
+        record.add_severed(body.triangulation, {}, decision, body.grown)
+        return f"{UNSOLVABLE}: growth.transfer: paper took stiffness away; {error}"
     if record.steps and balance is not None and balance.finite:
         return f"{UNSTABLE}: {error}"
     return ""

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.body import Body
+from cfmpm.grid import Grid
 from cfmpm.remarks import doubts_before
 from cfmpm.scene import Scene
 from cfmpm.simulation import Result
@@ -85,7 +86,9 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
     """How finite deformation got to its load, and where it ended."""
     steps = float(last["substeps"])
     if not steps > 0.0:
-        return []
+        effect = abs(float(last["finite_effect"]))
+        said = f"finite deformation, left out, would change the energy by about {effect:.1e}"
+        return [("strain", f"small; {said}")] if np.isfinite(effect) else []
     return [
         (
             "load",
@@ -119,13 +122,23 @@ def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -
         *_sizes(start),
         ("unknowns", f"{int((~start.loading.prescribed).sum())}"),
         ("solver", solver),
-        *_list("tips", tips),
+        *_list("tips", tips + _with_two_tips(start.grid)),
         *_list("growth", _growth_plan(start.scene)),
         *_list("doubtful", doubts_before(start)),
         *_list("left out", left_out),
         ("written", str(written)),
     ]
     return f"{_heading(start)}\n\n{_facts(facts)}"
+
+
+def _with_two_tips(grid: Grid) -> list[str]:
+    """Which cracks are closed at both ends: one was perhaps meant to be open at an edge."""
+    cracks = [tip.crack for tip in grid.tips]
+    return [
+        f"{name} has two tips: neither end is on an edge or a hole"
+        for name in dict.fromkeys(cracks)
+        if cracks.count(name) == 2
+    ]
 
 
 def _growth_plan(scene: Scene) -> list[str]:
@@ -137,6 +150,8 @@ def _growth_plan(scene: Scene) -> list[str]:
     load = {
         "load": f"at the load of the scene, tips run whose {quantity} reaches g_c",
         "crack": f"increment by increment, at the load at which {quantity} of the first tip is g_c",
+        "fatigue": "by cycles of load, all tips above the threshold by Paris' law, until "
+        f"{quantity} of one reaches g_c",
     }[growth.control]
     direction = {
         "max_hoop": "of the largest hoop stress",
@@ -222,13 +237,17 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
                 ),
                 f"{np.nanmax(np.abs(_apart(tip))):.1e}",
                 f"{float(first['kink_angle']):.3f}",
-                *([f"{float(tip['cycles'][-1]):.6g}"] if "cycles" in whole else []),
+                *(
+                    f"{float(first[key]):.6g} to {float(last[key]):.6g}"
+                    for key in ("delta_K", "da_dN")
+                    if key in whole
+                ),
             ]
         )
     names = ["", "status", "from [mm]", "to [mm]", "path [mm]", "K_I [MPa mm^0.5]"]
     names += ["K_II [MPa mm^0.5]", "G [N/mm]", "J / G - 1, at most"]
     names += ["first kink angle [deg]"]
-    names += ["cycles"] if "cycles" in whole else []
+    names += ["dK [MPa mm^0.5]", "da/dN [mm/cycle]"] if "delta_K" in whole else []
     rows = list(zip(names, *columns, strict=True))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join(
@@ -252,6 +271,8 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
         ("ended", whole.attrs["ending"]),
         ("increments", f"{whole.sizes['step'] - 1}"),
     ]
+    if "cycles" in whole:
+        facts.append(("cycles", f"{float(whole['cycles'][-1]):.6g}"))
     if np.ptp(factor) > 0.0:
         gap = np.abs(work - stored - whole["fracture_energy"].values)
         facts += [

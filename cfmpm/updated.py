@@ -37,6 +37,9 @@ SWEEPS = 10
 MARGIN = 0.05
 # Stiffness of a support in which the grid moves, over the largest modulus of the material.
 STIFFNESS = 1e4
+LEFT = "make updated.margin larger, unless points have been torn off (empty_elements)"
+# Part of a particle domain that may lie outside the grid: round-off.
+LOST = 1e-6
 # Part of a triangle that material fills below which it is stabilised (design study).
 LITTLE = 0.6
 
@@ -76,8 +79,12 @@ def begin(body: Body) -> Body:
         fill=1.0,
     )
     if body.scene.updated.grid == "fixed":
-        grid = _with_margin(body)
-        patches = None if body.patches is None else build_patches(grid)
+        patches, grid = body.patches, _with_margin(body)
+        if patches is not None:
+            # None across the border of the body, which has those of the reference.
+            margin = np.full(len(grid.elements), len(grid.region_names))
+            margin[: len(motion.reference.elements)] = motion.reference.regions
+            patches = build_patches(replace(grid, regions=margin))
         body = replace(body, grid=grid, patches=patches)
     return _loaded(body, motion)
 
@@ -128,7 +135,9 @@ def closed_faces(body: Body, motion: Motion) -> dict[str, Any]:
     return {"faces": motion.reference, "carried": motion.displacement}
 
 
-def in_reference(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Any, ...]:
+def in_reference(
+    body: Body, gradients: Floats, balance: Equilibrium
+) -> tuple[Body, Floats, Equilibrium]:
     """Look at a state of balance from the reference configuration.
 
     Parameters
@@ -202,7 +211,8 @@ def material_force(body: Body, balance: Equilibrium) -> Floats:
         points.displacement_gradient,
         points.stress,
     )
-    return nodal + internal - balance.load_factor * body.loading.force
+    applied = balance.load_factor * body.loading.force + balance.contact_force
+    return nodal + internal - applied
 
 
 def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Floats]:
@@ -285,7 +295,7 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
             points = rows
         else:
             quadrature = replace(quadrature, position=rows.position)
-    rows.element = relocate(grid, rows)
+    rows.element = relocate(grid, rows, LEFT)
     body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
     motion = replace(motion, base=rows.displacement_gradient)
     history = balance.history
@@ -437,6 +447,16 @@ def _clipped(
         owners,
     )
     found = np.bincount(owner, area, len(points))
+    ux, uy, vx, vy = domains.vertices.reshape(-1, 3, 2)[:, 1:].reshape(-1, 4).T
+    whole_area = 0.5 * (ux * vy - uy * vx)
+    lost = np.flatnonzero(~(found >= (1.0 - LOST) * whole_area) | ~(whole_area > 0.0))
+    lost = np.intersect1d(lost, owners)
+    if lost.size:
+        x, y = points.position[lost[0]]
+        raise SolveError(
+            f"{lost.size} particle domains have turned over or left the grid, the first at "
+            f"({x:.6g}, {y:.6g}) mm; make updated.margin larger, or take updated.grid: following"
+        )
     volume = points.volume[owner] * area / found[owner]
     kept = np.flatnonzero(whole)
     order = np.argsort(np.concatenate([kept, element]), kind="stable")
@@ -492,6 +512,8 @@ def _loaded(body: Body, motion: Motion) -> Body:
             prescribed=np.zeros(nothing.shape, bool),
             displacement=nothing,
             boundaries={},
+            loose=np.zeros((0, 1, 2)),
+            node_area=np.ones((1, 1)),
         )
     motion = replace(motion, springs=_springs(body, motion, fill))
     own_weight = np.zeros_like(force)
@@ -505,7 +527,7 @@ def _loaded(body: Body, motion: Motion) -> Body:
         body,
         motion=replace(motion, fill=_least_fill(grid, fill)),
         loading=hold_nodes(loading, floating),
-        empty_elements=_holes(grid, motion, filled),
+        empty_elements=_holes(grid, motion, rows.element),
         floating_nodes=len(floating),
     )
 
@@ -517,12 +539,14 @@ def _least_fill(grid: Grid, fill: Floats) -> float:
     return float(fill[inside].min(initial=1.0))
 
 
-def _holes(grid: Grid, motion: Motion, filled: NDArray[np.bool_]) -> int:
-    """Count the triangles without a point whose middle lies inside the body."""
-    empty = np.flatnonzero(~filled)
-    if empty.size == 0:
-        return 0
-    middle = grid.nodes[grid.triangles[empty]].mean(axis=1)
+def _holes(grid: Grid, motion: Motion, element: Ints) -> int:
+    """Count the triangles inside the body with fewer points than were seeded in each.
+
+    One point gives a T3 its stiffness, and three a T6; what is missing is a mechanism.
+    """
+    seeded = np.bincount(motion.element).max()
+    hollow = np.flatnonzero(np.bincount(element, minlength=len(grid.elements)) < seeded)
+    middle = grid.nodes[grid.triangles[hollow]].mean(axis=1)
     material = replace(motion.reference, nodes=motion.tracers)
     return int((locate(material, middle) >= 0).sum())
 

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
-from cfmpm import __version__, body, cli, simulation
+from cfmpm import __version__, body, cli, equilibrium, simulation
 from cfmpm.cli import app
 from cfmpm.errors import MeshError, SolveError
 from cfmpm.scene import load_scene
@@ -127,6 +127,25 @@ class TestRun:
         assert result.exit_code == 0, result.output
         assert not list(Path("results/whole").glob("cf_*"))
 
+    def test_nothing_of_two_runs_stands_side_by_side(self, scene: Path) -> None:
+        """Whatever a run, plot and export can write is gone when the next run has ended."""
+        pytest.importorskip("pyvista")
+        folder = Path("results/small")
+        folder.mkdir(parents=True)
+        mine = {"notes.txt", "cf_mine.png", "fields_mine.nc", ".history.nc.mine", "vtu"}
+        for name in mine - {"vtu"}:
+            (folder / name).touch()
+        growing = ["growth={control: crack, increments: 2}", "output={every: 1, fields: true}"]
+        call("run", scene, *(part for text in growing for part in ("--set", text)))
+        for command in ("plot", "export"):
+            assert call(command, folder).exit_code == 0
+        (folder / "vtu" / "mine.vtu").touch()
+        (folder / ".history.nc.0123abcd.part").touch()  # of a run that was killed
+        assert len(list(folder.iterdir())) > 20
+        assert call("run", scene).exit_code == 0
+        assert {path.name for path in folder.iterdir()} == {*mine, "history.nc"}
+        assert [path.name for path in (folder / "vtu").iterdir()] == ["mine.vtu"]
+
 
 class TestFailures:
     def test_every_problem_of_a_scene_on_its_line(self, scene: Path) -> None:
@@ -211,7 +230,7 @@ class TestCheck:
         def solve(*_: object) -> None:
             raise AssertionError("check must not solve")
 
-        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        monkeypatch.setattr(equilibrium, "solve_linear", solve)
         result = call("check", scene, "--set", "solver=superlu")
         assert result.exit_code == 0, result.output
         for word in (
@@ -224,6 +243,39 @@ class TestCheck:
         ):
             assert word in result.stdout
         assert Path("results/small/scene.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_says_what_looks_like_another_unit(self, scene: Path) -> None:
+        assert "is outside of" not in call("check", scene).stdout
+        for command in ("check", "run"):
+            result = call(command, scene, "--set", "material={E: 210e9, nu: 0.3, g_c: 2500}")
+            said = " ".join(result.stdout.split())
+            assert "material.E: 2.1e+11 MPa is outside of 1 to 2e+06 MPa" in said
+            assert "material.g_c: 2500 N/mm is outside of 0.001 to 1000 N/mm" in said
+
+    def test_says_which_crack_has_two_tips(self, scene: Path) -> None:
+        assert "two tips" not in call("check", scene).stdout
+        scene.write_text(
+            "name: two\n"
+            "geometry: {outline: [[0, 0], [10, 0], [10, 20], [0, 20]],\n"
+            "  cracks: [{points: [[1, 10], [5, 10]]}]}\n"
+            "material: {E: 210e3, nu: 0.3}\n"
+            "loads: [{edge: edge_1, traction: [0, -1]}, {edge: edge_3, traction: [0, 1]}]\n"
+            "mesh: {size: 2}\n"
+        )
+        said = call("check", scene).stdout
+        assert "crack_1 has two tips: neither end is on an edge or a hole" in said
+
+    @pytest.mark.parametrize("command", ["run", "check"])
+    def test_says_how_many_triangles_are_coming(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch, command: str
+    ) -> None:
+        def give_up(*_: object) -> None:
+            raise MeshError("no time")
+
+        monkeypatch.setattr(body, "triangulate", give_up)
+        result = call(command, scene, "--set", "mesh.size=0.02")
+        assert "about 1.2e+06 triangles are being made" in result.stderr
+        assert "triangles" not in call(command, scene).stderr
 
     def test_unknowns_are_those_of_the_run(self, scene: Path) -> None:
         checked = call("check", scene).stdout
@@ -255,14 +307,15 @@ class TestPlot:
         def solve(*_: object) -> None:
             raise AssertionError("plot must not solve")
 
-        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        monkeypatch.setattr(equilibrium, "solve_linear", solve)
         result = call("plot", "results/small", "--output", "pictures")
         assert (result.exit_code, result.stderr) == (0, "")
         assert {p.name for p in Path("pictures").iterdir()} == self.PICTURES
 
     def test_fields_of_another_run_are_not_used(self, scene: Path) -> None:
-        call("run", scene, "--set", "output.fields=true")
+        call("run", scene, "--set", "output.fields=true", "--output", "other")
         call("run", scene)
+        Path("other/fields.nc").rename("results/small/fields.nc")
         result = call("plot", "results/small")
         assert result.exit_code == 0, result.output
         assert "belongs to another run" in result.stderr
@@ -386,10 +439,13 @@ class TestGrowth:
         assert max(map(len, result.stdout.splitlines())) <= 100
 
     def test_cycles_are_said_when_asked_for(self, scene: Path) -> None:
-        result = call("run", scene, "--set", "fatigue={C: 1e-12, m: 3}")
+        changes = ("fatigue={C: 1e-12, m: 3}", "growth.control=fatigue", "material.g_c=null")
+        result = call("run", scene, *(word for change in changes for word in ("--set", change)))
         assert result.exit_code == 0, result.output
         with xr.open_dataset("results/small/history.nc") as history:
-            assert f"{float(history['cycles'][-1, 0]):.6g}" in result.stdout
+            assert f"{float(history['cycles'][-1]):.6g}" in result.stdout
+            for name in ("delta_K", "da_dN"):
+                assert f"{float(history[name][0, 0]):.6g} to " in result.stdout
 
     @pytest.mark.parametrize(
         ("changes", "words"),
@@ -397,6 +453,7 @@ class TestGrowth:
             ([], ("increment by increment", "G of the first tip", "hoop", "4 increments at most")),
             (["growth.control=load", "growth.criterion=cf_norm"], ("whose |CF| reaches g_c",)),
             (["growth.tips=largest", "growth.direction=cf"], ("alone", "configurational force")),
+            (["growth.control=fatigue", "fatigue={C: 1e-12, m: 3}"], ("by cycles", "Paris' law")),
         ],
     )
     def test_check_says_what_growth_will_do(

@@ -179,8 +179,8 @@ class Watch:
         body, grid = state.body, state.grid
         mesh = body.triangulation
         assert (grid.areas > 0.0).all()
-        self.quality = body.quality
-        assert body.quality > 0.01, "flat triangles: does a tip creep?"
+        self.quality = body.grown.quality
+        assert body.grown.quality > 0.01, "flat triangles: does a tip creep?"
         self.area = self.area or grid.areas.sum()
         assert grid.areas.sum() == pytest.approx(self.area, rel=1e-12)
         assert body.points.volume.sum() == pytest.approx(self.area, rel=1e-12)

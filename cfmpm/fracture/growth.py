@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.fracture import criteria
+from cfmpm.fracture import criteria, fatigue
+from cfmpm.fracture.fatigue import Progress
 from cfmpm.grid import CrackTip, Floats, Grid, region_of
-from cfmpm.scene.model import Growth
+from cfmpm.scene.model import Fatigue, Growth
 
 # Tips whose criteria differ by less than this part run together under crack control: twins of a
 # symmetric part differ by the error of the grid.
@@ -33,12 +34,15 @@ class Decision:
     running : dict of str to (2,) float
         Direction of the next segment of each tip that runs, by its name.
     tangents : dict of str to (2,) float
-        Direction in which each of these tips sets out: that of the segment, but for a curved path.
+        Direction in which each tip last set out: that of the segment, but for a curved path.
+    progress : Progress or None
+        Of fatigue.
     """
 
     load_factor: float
     running: dict[str, Floats]
     tangents: dict[str, Floats] = field(default_factory=dict)
+    progress: Progress | None = None
 
 
 def decide(
@@ -49,8 +53,12 @@ def decide(
     last: Decision | None = None,
     load_factor: float = 1.0,
     scale: float = 1.0,
+    *,
+    law: Fatigue | None = None,
+    grown: Mapping[str, float] | None = None,
+    blind: Collection[str] = (),
 ) -> Decision:
-    """Compare the tips with their toughness.
+    """Compare the tips with their toughness, or find how fast fatigue lets them advance.
 
     Parameters
     ----------
@@ -67,39 +75,94 @@ def decide(
         Of the step.
     scale : float
         What stresses are to be multiplied with to be those of the step, at small strain.
+    law : Fatigue, optional
+        Of control by fatigue.
+    grown : mapping of str to float, optional
+        Lengths of the segments just released, by the tips that ran [mm].
+    blind : collection of str
+        Tips whose domain cannot tell a direction: these go straight on.
 
     Returns
     -------
     Decision
         Under load control tips run whose criterion reaches g_c. Under crack control the load factor
-        is the one at which the first tip gets there, sqrt(g_c / G).
+        is the one at which the first tip gets there, sqrt(g_c / G). By fatigue all tips advance
+        whose range is above the threshold, until one of them reaches g_c.
     """
     if growth is None:
         return Decision(load_factor, {})
-    if not grid.tips:
+    if not grid.tips and law is None:
         return Decision(load_factor if growth.control == "load" else math.nan, {})
-    toughness = np.array([g_c[region_of(grid, tip)] for tip in grid.tips], float)
-    driving = np.asarray(values["G" if growth.criterion == "energy_release_rate" else "cf_norm"])
-    part = np.where(_shut(values), 0.0, scale**2 * driving) / toughness
-    largest = float(part.max())
-    if growth.control == "load":
+    part = _part_of_toughness(grid, values, g_c, growth, scale)
+    progress = None
+    if law is not None:
+        progress, runs = _advance(grid, values, part, last, law, grown or {})
+    elif growth.control == "load":
         runs = part >= 1.0
     else:
+        largest = float(part.max())
         load_factor = 1.0 / math.sqrt(largest) if largest > 0.0 else math.inf
         runs = (part >= (1.0 - TIE) * largest) & (largest > 0.0)
     if growth.tips == "largest":
-        runs &= part == largest
+        runs &= part == part.max()
     tangents = {
-        tip.name: direction(tip, {name: value[i] for name, value in values.items()}, growth)
+        tip.name: tip.tangent
+        if tip.name in blind
+        else direction(tip, {name: value[i] for name, value in values.items()}, growth)
         for i, tip in enumerate(grid.tips)
         if runs[i]
     }
-    before = last.tangents if last is not None and growth.order == 2 else {}
+    known = {} if last is None else last.tangents
+    before = {name: known[name] for name in known if growth.order == 2 and name not in blind}
     running = {
         name: secant(before[name], tangent) if name in before else tangent
         for name, tangent in tangents.items()
     }
-    return Decision(load_factor, running, tangents)
+    return Decision(load_factor, running, known | tangents, progress)
+
+
+def _part_of_toughness(
+    grid: Grid,
+    values: Mapping[str, Any],
+    g_c: Sequence[float | None],
+    growth: Growth,
+    scale: float,
+) -> Floats:
+    """Divide what drives each tip by its toughness; nan where there is none, (tip,)."""
+    if not grid.tips:
+        return np.empty(0)
+    toughness = np.array([g_c[region_of(grid, tip)] for tip in grid.tips], float)
+    driving = np.asarray(values["G" if growth.criterion == "energy_release_rate" else "cf_norm"])
+    return np.where(_shut(values), 0.0, scale**2 * driving) / toughness
+
+
+def _advance(
+    grid: Grid,
+    values: Mapping[str, Any],
+    part: Floats,
+    last: Decision | None,
+    law: Fatigue,
+    grown: Mapping[str, float],
+) -> tuple[Progress, NDArray[np.bool_]]:
+    """Count the cycles so far, and find which tips fatigue lets run next."""
+    names = [tip.name for tip in grid.tips]
+    spans = (
+        [
+            0.0 if shut else fatigue.stress_range(law, float(k_1), float(k_2))
+            for shut, k_1, k_2 in zip(_shut(values), values["K_I"], values["K_II"], strict=True)
+        ]
+        if names
+        else []
+    )
+    ranges = dict(zip(names, spans, strict=True))
+    rates = {name: fatigue.growth_rate(law, span) for name, span in ranges.items()}
+    cycles, owed = fatigue.count(None if last is None else last.progress, grown, rates)
+    leader, due = fatigue.due(owed, rates, {tip.name: tip.h for tip in grid.tips})
+    driving = dict(zip(names, map(float, part), strict=True))
+    if any(value >= 1.0 for value in driving.values()):
+        leader, due = "", []
+    progress = Progress(cycles, ranges, rates, owed, leader, driving)
+    return progress, np.array([name in due for name in names], bool)
 
 
 def _shut(values: Mapping[str, Any]) -> NDArray[np.bool_]:
@@ -119,17 +182,61 @@ def ending(
     steps: int,
     *,
     last_level: bool = True,
+    last: Decision | None = None,
+    grown: Mapping[str, float] | None = None,
 ) -> str:
-    """Say why a run ends after this step; empty where it goes on, growing or to the next level."""
+    """Say why a run ends after this step; empty where it goes on, growing or to the next level.
+
+    Parameters
+    ----------
+    growth : Growth or None
+    decision : Decision
+    tips : tuple of CrackTip
+        That are left.
+    steps : int
+        So far.
+    last_level : bool
+        Whether the load rises no more.
+    last : Decision, optional
+        The one before.
+    grown : mapping of str to float, optional
+        As in `decide`.
+    """
     if growth is None:
         return "solved: the cracks are stationary" if last_level else ""
     if not tips:
         return "arrived: no crack ends inside the body any more"
     if not decision.running:
+        if decision.progress is not None:
+            before = None if last is None else last.progress
+            return _fractured(decision.progress, before, tips, grown or {}) or (
+                "arrested: the range of K of every tip is at or below the threshold, after "
+                f"{decision.progress.cycles:.6g} cycles"
+            )
         return "stopped: no tip meets the criterion" if last_level else ""
     if steps > growth.increments:
         return f"increments: {growth.increments} were asked for"
     return ""
+
+
+def _fractured(
+    now: Progress, before: Progress | None, tips: tuple[CrackTip, ...], grown: Mapping[str, float]
+) -> str:
+    """Say where a tip has reached its toughness under fatigue; empty where none has."""
+    tip = max(tips, key=lambda tip: np.nan_to_num(now.driving[tip.name]))
+    part = now.driving[tip.name]
+    if not part >= 1.0:
+        return ""
+    if before is None:
+        return f"fractured: {tip.name} reaches g_c in the first cycle"
+    # Between the last two steps, by a straight line.
+    rest = (part - 1.0) / (part - before.driving[tip.name])
+    length = np.hypot(*np.diff(tip.path, axis=0).T).sum() - rest * grown.get(tip.name, 0.0)
+    cycles = now.cycles - rest * (now.cycles - before.cycles)
+    return (
+        f"fractured: {tip.name} reaches g_c at a crack length of {length:.6g} mm, after "
+        f"{cycles:.6g} cycles"
+    )
 
 
 def direction(tip: CrackTip, values: Mapping[str, Any], growth: Growth) -> Floats:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cfmpm.grid import CrackTip, Floats, Grid, Ints
-from cfmpm.kernels import eshelby
+from cfmpm.kernels import basis, constitutive, eshelby
 from cfmpm.materials import plane_modulus
 from cfmpm.points import MaterialPoints
 
@@ -16,6 +17,8 @@ from cfmpm.points import MaterialPoints
 # carry the error of the singular stress in the tip elements, which falls with the square of the
 # distance: K_I of a closed crack comes out as 1 % of K_II, and up to 4 % with the forces as found.
 NEAR, FAR = 3.0, 9.0
+# Sine of the angle from the tangent below which a face lies along it, but for round-off.
+STRAIGHT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,7 @@ def intensity_factors(
     q: Floats,
     body_force: Floats,
     contact_force: Floats | None = None,
+    faces: BentFaces | None = None,
 ) -> IntensityFactors:
     """Evaluate K_I, K_II and T in a ring around a tip.
 
@@ -50,13 +54,14 @@ def intensity_factors(
         Lame's constants of the material in the ring [MPa].
     tip : CrackTip
     q : (n,) float
-        From `cf.ring_weight`. The ring lies in one material. The crack in it may be kinked: the
-        angle of the auxiliary fields then jumps at the real faces, while what the faces
-        themselves add, which vanishes with the ring, is left out.
+        From `cf.ring_weight`. The ring lies in one material. The crack in it may be bent: the
+        angle of the auxiliary fields then jumps at the real faces.
     body_force : (2,) float
         [N/mm^3].
     contact_force : (n, 2) float, optional
         That crack faces exert on each other [N/mm].
+    faces : BentFaces, optional
+        From `bent_faces`.
 
     Returns
     -------
@@ -68,6 +73,7 @@ def intensity_factors(
     # Only points with a node inside the ring can add anything.
     inside = np.flatnonzero(np.any(q[grid.elements[:, :3]] > 0.0, axis=1)[points.element])
     r, theta = polar_coordinates(tip, points.position[inside])
+    spin = eshelby.mean_spin(points.displacement_gradient[inside], points.volume[inside])
     integrals = eshelby.interaction_integrals(
         grid.nodes,
         grid.elements,
@@ -84,15 +90,157 @@ def intensity_factors(
         lame[0],
         lame[1],
         body_force,
+        spin,
     )
     if contact_force is not None and contact_force.any():
         integrals[:2] -= _work_of_contact(grid, contact_force, tip, q, lame)
+    if faces is not None:
+        integrals += faces.interaction(lame, spin)
     k_1, k_2 = 0.5 * modulus * integrals[:2]
     return IntensityFactors(
         K_I=float(k_1),
         K_II=float(k_2),
         T_stress=float(modulus * integrals[2]),
         G=float((k_1**2 + k_2**2) / modulus),
+    )
+
+
+@dataclass(frozen=True)
+class BentFaces:
+    """The faces in a ring that do not lie along the tangent of the tip, at Gauss points.
+
+    All in the frame of the tip.
+
+    Attributes
+    ----------
+    at : (g, 2) float
+        Distance from the tip [mm] and angle [rad].
+    other_side : (g,) bool
+        Whether the faces are those that lie one turn away from that angle.
+    normal : (g, 2) float
+        Out of the body, times the weight q and the length of the point [mm].
+    displacement_gradient : (g, 2, 2) float
+    stress : (g, 2, 2) float
+        [MPa].
+    energy : (g,) float
+        [MPa].
+    """
+
+    at: Floats
+    other_side: NDArray[np.bool_]
+    normal: Floats
+    displacement_gradient: Floats
+    stress: Floats
+    energy: Floats
+
+    @property
+    def own(self) -> float:
+        """What J lacks: int q (W n_1 - sigma_ij n_j u_i,1) ds [N/mm] (Eshelby 1956)."""
+        t = np.einsum("gij,gj->gi", self.stress, self.normal)
+        moved = np.einsum("gi,gi->g", t, self.displacement_gradient[:, :, 0])
+        return float(np.sum(self.energy * self.normal[:, 0] - moved))
+
+    def interaction(self, lame: Floats, spin: float) -> Floats:
+        """What the interaction integrals lack: int q (sigma_ij a_i,j n_1 - s_ij n_j u_i,1) ds.
+
+        The traction of contact on the auxiliary fields a is `_work_of_contact`.
+
+        Parameters
+        ----------
+        lame : (2,) float
+        spin : float
+            That is taken out of the displacement.
+
+        Returns
+        -------
+        (3,) float
+            Of modes I and II and of the point force [N/mm].
+        """
+        lam, mu = lame
+        moved = self.displacement_gradient[:, :, 0] - [0.0, spin]
+        found = np.zeros(3)
+        for mode in range(3):
+            a = np.array(
+                [eshelby.auxiliary_gradient(mode, r, theta, lam, mu) for r, theta in self.at]
+            ).reshape(-1, 2, 2)
+            if mode < 2:
+                # One turn away the fields of K_I and K_II have the other sign.
+                a[self.other_side] *= -1.0
+            trace = np.einsum("gii->g", a)[:, None, None]
+            s = lam * trace * np.eye(2) + mu * (a + a.transpose(0, 2, 1))
+            mutual = np.einsum("gij,gij->g", self.stress, a) * self.normal[:, 0]
+            found[mode] = np.sum(mutual - np.einsum("gij,gj,gi->g", s, self.normal, moved))
+        return found
+
+
+def bent_faces(
+    grid: Grid, displacement: Floats, tip: CrackTip, radius: float, lame: Floats
+) -> BentFaces | None:
+    """Find what the faces of a bent crack add to the integrals over a ring.
+
+    An energy-momentum P_1j that is free of sources has the same flow through every ring around a
+    tip, but for what leaves through the faces, P_1j n_j: nothing where these lie along the tangent
+    and are free.
+
+    Parameters
+    ----------
+    grid : Grid
+        The whole one, of a linear elastic body.
+    displacement : (n, 2) float
+        Of its nodes [mm].
+    tip : CrackTip
+    radius : float
+        Of `cf.ring_weight` [mm].
+    lame : (2,) float
+        Lame's constants [MPa].
+
+    Returns
+    -------
+    BentFaces or None
+        None where the crack is straight in the ring.
+    """
+    t = tip.tangent
+    frame = np.array([t, [-t[1], t[0]]])
+    left, right = grid.crack_faces[tip.crack].T
+    ends = grid.nodes[grid.edge_nodes(left)[:, :2]] - tip.path[0]
+    weight = np.clip(2.0 - 2.0 * np.hypot(ends[..., 0], ends[..., 1]) / radius, 0.0, 1.0)
+    along = ends[:, 1] - ends[:, 0]
+    aside = np.abs(t[0] * along[:, 1] - t[1] * along[:, 0])
+    bent = (weight > 0.0).any(axis=1) & (aside > STRAIGHT * np.hypot(*along.T))
+    if not bent.any():
+        return None
+    abscissae, weights = np.polynomial.legendre.leggauss(4)
+    part = 0.5 + 0.5 * abscissae
+    shape = np.stack([1.0 - part, part], axis=1)
+    q = 0.5 * weights * np.einsum("ge,ke->kg", shape, weight[bent])
+    away = np.einsum("ge,kei->kgi", shape, ends[bent]).reshape(-1, 2)
+    # Out of the body on the left of the crack.
+    out = np.column_stack([along[bent, 1], -along[bent, 0]])
+    out = (q[:, :, None] * out[:, None, :]).reshape(-1, 2)
+    element = np.concatenate([np.repeat(face[bent] // 3, len(part)) for face in (left, right)])
+    position = np.tile(away + tip.path[0], (2, 1))
+    gradients = basis.basis_gradients(grid.nodes, grid.elements, element, position)
+    h, stress, energy = constitutive.linear_elastic(
+        grid.elements,
+        element,
+        gradients,
+        np.zeros(len(element), np.int64),
+        lame[None, :],
+        displacement,
+    )
+    tensor = stress[:, [[0, 2], [2, 1]]]
+    along_tip, across = np.einsum("ij,gj->ig", frame, away)
+    at = np.column_stack(
+        [np.hypot(along_tip, across), np.mod(np.arctan2(across, along_tip), 2.0 * np.pi)]
+    )
+    on_left = np.arange(len(element)) < len(away)
+    return BentFaces(
+        at=np.tile(at, (2, 1)),
+        other_side=on_left != (tip.end == -1),
+        normal=np.einsum("ij,gj->gi", frame, np.concatenate([out, -out])),
+        displacement_gradient=np.einsum("ij,gjk,lk->gil", frame, h, frame),
+        stress=np.einsum("ij,gjk,lk->gil", frame, tensor, frame),
+        energy=energy,
     )
 
 

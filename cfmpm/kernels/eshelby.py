@@ -134,6 +134,26 @@ def auxiliary_gradient(mode, r, theta, lam, mu):
 
 
 @kernel
+def mean_spin(displacement_gradient, volume):
+    """Return the mean of (u_2,1 - u_1,2) / 2 over points.
+
+    Parameters
+    ----------
+    displacement_gradient : (p, 2, 2) float
+    volume : (p,) float
+
+    Returns
+    -------
+    float
+    """
+    spin = 0.0
+    for p in range(len(volume)):
+        h = displacement_gradient[p]
+        spin += 0.5 * (h[1, 0] - h[0, 1]) * volume[p]
+    return spin / max(volume.sum(), 1e-300)
+
+
+@kernel
 def interaction_integrals(
     nodes,
     elements,
@@ -150,6 +170,7 @@ def interaction_integrals(
     lam,
     mu,
     density,
+    spin,
 ):
     """Integrate the interaction of the solution with the three auxiliary fields.
 
@@ -177,6 +198,10 @@ def interaction_integrals(
         Lame's constants in the ring [MPa].
     density : (2,) float
         Body force [N/mm^3].
+    spin : float
+        From `mean_spin`. A rotation of the ring as a whole does no work on a balanced auxiliary
+        stress, but does on its quadrature: it is taken out, for in slender bodies it is far larger
+        than the strain.
 
     Returns
     -------
@@ -185,13 +210,6 @@ def interaction_integrals(
     """
     result = np.zeros(3)
     k = elements.shape[1]
-    # A rotation of the ring as a whole does no work on a balanced auxiliary stress, but does on
-    # its quadrature: it is taken out, for in slender bodies it is far larger than the strain.
-    spin = 0.0
-    for p in range(len(point_element)):
-        h = displacement_gradient[p]
-        spin += 0.5 * (h[1, 0] - h[0, 1]) * volume[p]
-    spin /= max(volume.sum(), 1e-300)
     t1, t2 = tangent[0], tangent[1]
     loaded = density[0] != 0.0 or density[1] != 0.0
     b1 = t1 * density[0] + t2 * density[1]

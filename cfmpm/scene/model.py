@@ -6,8 +6,10 @@ Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is r
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -150,9 +152,9 @@ class Geometry(Model):
     """
 
     outline: list[Corner] = Field(min_length=2, description="corners of the outline, either sense")
-    holes: list[Hole] = []
-    cracks: list[Crack] = []
-    regions: list[Region] = []
+    holes: list[Hole] = Field([], description="circles or polygons without material")
+    cracks: list[Crack] = Field([], description="lines, each with one or two tips")
+    regions: list[Region] = Field([], description="parts of other materials")
 
 
 class MeshFile(Model):
@@ -162,8 +164,15 @@ class MeshFile(Model):
     folder: str = Field(
         ".", description="where a relative path starts: itself relative to the scene file"
     )
+    sha256: str | None = Field(
+        None, description="of what is in the file: filled in as the scene is read"
+    )
     cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
     regions: list[Region] = Field([], description="materials of physical surfaces")
+
+    def digest(self) -> str:
+        """SHA-256 of what is in the file now."""
+        return hashlib.sha256(Path(self.path).read_bytes()).hexdigest()
 
     @property
     def path(self) -> str:
@@ -419,10 +428,11 @@ class Fracture(Model):
 class Growth(Model):
     """How the cracks grow."""
 
-    control: Literal["load", "crack"] = Field(
+    control: Literal["load", "crack", "fatigue"] = Field(
         "load",
         description="load: at the load of the scene, until no tip runs; crack: at the load that "
-        "makes the criterion just met, increment by increment",
+        "makes the criterion just met, increment by increment; fatigue: by cycles of load up to "
+        "that of the scene, until the criterion is met",
     )
     criterion: Literal["energy_release_rate", "cf_norm"] = Field(
         "energy_release_rate", description="what is compared with g_c; cf_norm is the paper's"
@@ -450,7 +460,7 @@ class Growth(Model):
 
 
 class Fatigue(Model):
-    """Cycles of load between load_ratio and one times the loads of the scene, by Paris' law."""
+    """Paris' law, for cycles of load between load_ratio and one times the loads of the scene."""
 
     C: Positive = Field(
         description="of da/dN = C dK^m [mm/cycle / (MPa mm^0.5)^m]; from m/cycle and MPa m^0.5: "
@@ -458,7 +468,7 @@ class Fatigue(Model):
     )
     m: Positive = Field(description="exponent of dK = (1 - load_ratio) sqrt(K_I^2 + K_II^2)")
     threshold: Annotated[Number, Field(ge=0)] = Field(
-        0.0, description="dK at and below which a crack arrests [MPa mm^0.5]"
+        0.0, description="dK at and below which a tip does not advance [MPa mm^0.5]"
     )
     load_ratio: Annotated[Number, Field(ge=0, lt=1)] = Field(
         0.0, description="least load over greatest"
@@ -516,17 +526,17 @@ class Scene(Model):
     loads, when its load parameter is set and `loads` is empty.
     """
 
-    name: Name
-    description: str = ""
-    geometry: Geometry | None = None
-    family: Family | None = None
-    mesh_file: MeshFile | None = None
+    name: Name = Field(description="of the scene, and of its folder in results")
+    description: str = Field("", description="a line for people")
+    geometry: Geometry | None = Field(None, description="the body by its lines")
+    family: Family | None = Field(None, description="the body as a specimen with parameters")
+    mesh_file: MeshFile | None = Field(None, description="the body as a mesh of gmsh")
     material: Material = Field(description="of the body, where no region says otherwise")
-    plane: Literal["strain", "stress"] = "strain"
+    plane: Literal["strain", "stress"] = Field("strain", description="plane strain or stress")
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
-        "auto: small, unless that would change the energy by more than 1e-3",
+        "auto: small, unless finite would change the energy by more than 1 % (finite_effect)",
     )
     formulation: Literal["total", "updated"] = Field(
         "total",
@@ -534,7 +544,7 @@ class Scene(Model):
         "after every load step, as the paper does",
     )
     updated: Updated = Field(Updated(), description="how, with formulation: updated")
-    loads: list[Load] = []
+    loads: list[Load] = Field([], description="loads and supports; empty where a family has them")
     load_steps: Annotated[
         Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]
         | Annotated[
@@ -549,14 +559,14 @@ class Scene(Model):
         description="how many equal parts the loads are applied in, or the factors on them, one "
         "after the other; each is recorded. Steps in between are taken as needed",
     )
-    mesh: Mesh = Mesh()
-    solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = "auto"
-    fracture: Fracture = Fracture()
-    growth: Growth | None = Field(None, description="left out: the cracks do not grow")
-    fatigue: Fatigue | None = Field(
-        None, description="left out: no cycles are counted along the path of a growing crack"
+    mesh: Mesh = Field(Mesh(), description="the background grid")
+    solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = Field(
+        "auto", description="auto: the fastest that is installed; superlu or amg always are"
     )
-    output: Output = Output()
+    fracture: Fracture = Field(Fracture(), description="what is evaluated at crack tips")
+    growth: Growth | None = Field(None, description="left out: the cracks do not grow")
+    fatigue: Fatigue | None = Field(None, description="goes with growth.control: fatigue")
+    output: Output = Field(Output(), description="what is written besides the history")
 
     @model_validator(mode="after")
     def _one_body(self) -> Self:

@@ -39,6 +39,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *_refinement(scene),
             *_fatigue(scene),
             *_kinematics(scene, "mesh_file", scene.mesh_file.regions),
+            *_nothing_to_grow(scene, bool(scene.mesh_file.cracks)),
             *_formulation(scene),
         ]
     whole = expand(scene)
@@ -58,6 +59,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             misplaced_regions(body),
             misplaced_cracks(body),
             misplaced_loads(whole, body),
+            _nothing_to_grow(scene, bool(body.tips)),
             _sizes(whole, body),
         )
     return [(key_as_written(scene, key), reason) for key, reason in found]
@@ -68,6 +70,8 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
         yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
     elif not os.path.isfile(mesh_file.path):
         yield "mesh_file.file", f"no such file: {mesh_file.path}"
+    elif mesh_file.sha256 not in (None, mesh_file.digest()):
+        yield "mesh_file.file", f"is not what it was when sha256 was taken: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
     yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
     for i, region in enumerate(mesh_file.regions):
@@ -122,9 +126,15 @@ def _refinement(scene: Scene) -> Iterator[Finding]:
 
 
 def _fatigue(scene: Scene) -> Iterator[Finding]:
-    """Cycles along a path that is not followed to its end."""
-    if scene.fatigue is not None and (scene.growth is None or scene.growth.control != "crack"):
-        yield "fatigue", "counts cycles along a path: it needs growth with control: crack"
+    """A law without cracks that obey it, or the other way round."""
+    growth = scene.growth
+    asked = growth is not None and growth.control == "fatigue"
+    if scene.fatigue is not None and not asked:
+        yield "fatigue", "is the law of growth.control: fatigue, which the scene does not ask for"
+    if scene.fatigue is None and asked:
+        yield "fatigue", "is missing: growth.control: fatigue needs its C and m"
+    if asked and growth is not None and growth.tips == "largest":
+        yield "growth.tips", "largest does not go with control: fatigue, by which all tips advance"
 
 
 def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
@@ -136,15 +146,19 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
         yield f"{plastic[0]}material.law", "j2 needs kinematics: finite"
     if plastic and scene.updated.integration == "domains":
         yield "updated.integration", "domains average the state of a point: j2 needs points"
-    if scene.growth is not None and scene.growth.control == "crack":
+    if scene.growth is not None and scene.growth.control != "load":
+        control = scene.growth.control
         if scene.kinematics == "finite":
             yield (
                 "growth.control",
-                "crack needs kinematics: small, in which results grow in proportion to the load; "
-                "at finite deformation cracks grow under control: load",
+                f"{control} needs kinematics: small, in which results grow in proportion to the "
+                "load; at finite deformation cracks grow under control: load",
             )
         if scene.load_steps != 1:
-            yield "load_steps", "does not go with growth.control: crack, which sets the load itself"
+            yield (
+                "load_steps",
+                f"does not go with growth.control: {control}, which sets the load itself",
+            )
     if scene.kinematics != "finite":
         return
     if scene.plane == "stress":
@@ -158,6 +172,11 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
                 f"{scene.growth.direction} needs K_I and K_II, which finite deformation does not "
                 "have: it needs cf",
             )
+
+
+def _nothing_to_grow(scene: Scene, has_tips: bool) -> Iterator[Finding]:
+    if scene.growth is not None and not has_tips:
+        yield "growth", "needs a crack that ends inside the body: the scene has none"
 
 
 def _formulation(scene: Scene) -> Iterator[Finding]:
@@ -190,7 +209,7 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
     """Materials that a growing crack could not be compared with."""
-    if scene.growth is None:
+    if scene.growth is None or scene.growth.control == "fatigue":
         return
     parts = {"": scene.material}
     parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
@@ -211,7 +230,7 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
     for key, size in sizes.items():
         if size > width:
             yield key, f"{size:g} is larger than the body, which is {width:g} wide"
-    triangles = _triangles(scene, body)
+    triangles = estimated_triangles(scene, body)
     if triangles > MOST_TRIANGLES:
         asked = {"mesh.hole_size": mesh.hole_size, "mesh.size": mesh.size, "mesh.grading": 0.0}
         key = next(key for key, size in asked.items() if size is not None)
@@ -222,8 +241,21 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
                 yield f"fracture.radii[{i}]", f"{radius:g} is larger than the body, {body.size:g}"
 
 
-def _triangles(scene: Scene, body: Body) -> float:
-    """A rough count: equilateral triangles of the given size, and those towards tips and holes."""
+def estimated_triangles(scene: Scene, body: Body) -> float:
+    """Estimate how many triangles the sizes in numbers of a scene ask for.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    body : Body
+        Its own.
+
+    Returns
+    -------
+    float
+        Equilateral triangles of the given size, and those towards tips and holes.
+    """
     size, grading, hole_size = scene.mesh.size, scene.mesh.grading, scene.mesh.hole_size
     coarse = 0.0 if size is None else _over(body.polygon.area, size)
     if hole_size is not None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
-from cfmpm.results import VARIABLES
+from cfmpm.results import OF_FATIGUE, VARIABLES
 from cfmpm.scene import Scene
 from cfmpm.scene.document import parse_key
 from cfmpm.scene.model import Model
@@ -41,8 +40,8 @@ LAST = (
     *("strain_energy", "external_work", "fracture_energy"),
 )
 RESERVED = {
-    *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_MEMBERS, *AT_START, *FROM_STEPS),
-    *("load_factor", "stability", "cycles"),
+    *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_FATIGUE, *OF_MEMBERS, *AT_START, *FROM_STEPS),
+    *("load_factor", "stability"),
     *(f"final_{name}" for name in LAST),
     *(f"{name}_spread" for name in VARIABLES),
 }
@@ -69,9 +68,10 @@ def described(scene: Scene, key: str) -> dict[str, str]:
             here = here[part]
         else:
             return attributes
-    meaning, units = re.fullmatch(r"(.*?)(?:\s*\[([^\[\]]*)\])?", text, re.DOTALL).groups()  # type: ignore[union-attr]
-    if meaning:
-        attributes["long_name"] = meaning
-    if units:
-        attributes["units"] = units
+    # As in "element size [mm]; default from the body".
+    meaning, _, rest = text.partition("[")
+    if meaning.strip():
+        attributes["long_name"] = meaning.strip()
+    if "]" in rest:
+        attributes["units"] = rest.partition("]")[0]
     return attributes

@@ -76,7 +76,7 @@ def contribute(section, numbers, jobs):
     """Add figures of the paper and the jobs that are timed."""
     SECTIONS[section] = {
         "figures": {n: f"results/paper/fig{n}.png" for n in numbers},
-        "benchmarks": [f"results/benchmarks/{name}.tsv" for name in jobs],
+        "benchmarks": {name: f"results/benchmarks/{name}.tsv" for name in jobs},
     }
 
 
