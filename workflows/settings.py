@@ -99,6 +99,16 @@ class Scaling(_Settings):
     series: dict[str, list[Mesh]]
 
 
+class NewtonCost(_Settings):
+    """Cost of an iteration of Newton's method per material point."""
+
+    scene: str
+    solver: str = "auto"
+    repeats: int = Field(3, ge=1, description="the fastest counts")
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    meshes: list[Mesh] = Field(min_length=1)
+
+
 class SliverGrid(_Settings):
     """The plate of the paper in squares, cut into thin triangles."""
 
@@ -155,6 +165,7 @@ class Settings(_Settings):
     large_strain: LargeStrain
     work_precision: WorkPrecision
     scaling: Scaling
+    newton_cost: NewtonCost
     stability: Stability
 
 

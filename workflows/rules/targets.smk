@@ -34,6 +34,13 @@ rule scaling:
         "results/performance/scaling.png",
 
 
+rule:
+    name:
+        "newton-cost"
+    input:
+        rules.newton_cost.output.data,
+
+
 rule stability:
     input:
         rules.stability_page.output.page,
