@@ -25,6 +25,12 @@ def _base(value: Any) -> Any:
     return value
 
 
+def _values(value: Any) -> Any:
+    if not isinstance(value, list | tuple | Mapping) or not value:
+        raise ValueError("must be a list of values, or a mapping from names to values")
+    return value
+
+
 def _dotted(value: Any) -> Any:
     if not isinstance(value, str):
         raise ValueError("must be the key of a scene, such as mesh.size or loads[0].traction")
@@ -54,7 +60,13 @@ class Parameter(Model):
     """A key of the scene and the values it takes."""
 
     key: DottedKey = Field(description="of the scene, such as mesh.size or loads[0].traction[1]")
-    values: list[Any] | None = Field(None, min_length=1, description="one by one")
+    values: Annotated[Any, BeforeValidator(_values)] = Field(
+        None,
+        description="one by one: a list, or a mapping that names each of them",
+        json_schema_extra={
+            "anyOf": [{"type": "array", "minItems": 1}, {"type": "object", "minProperties": 1}]
+        },
+    )
     linspace: Range | None = Field(
         None, description="first, last and how many values with equal differences"
     )

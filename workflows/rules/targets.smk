@@ -32,3 +32,8 @@ rule work_precision:
 rule scaling:
     input:
         "results/performance/scaling.png",
+
+
+rule stability:
+    input:
+        rules.stability_page.output.page,
