@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cfmpm.errors import Problem, SceneError
-from cfmpm.grid import CrackTip, Floats, Grid
+from cfmpm.grid import CrackTip, Floats, Grid, Ints
 
 # Part of the clearance of a tip that a domain may fill: the nodes on what lies there stay out.
 FILL = 0.9
@@ -47,6 +47,9 @@ class Domains:
         Whether the tip runs.
     elements : float
         How many elements the largest radius reaches over that is also free of sharp bends.
+    on_border : bool
+        Whether a running tip lies on the border of two materials. Its field there is not that of
+        K_I and K_II.
     """
 
     radii: tuple[float, ...]
@@ -54,11 +57,12 @@ class Domains:
     cut_back: bool
     growing: bool = False
     elements: float = np.inf
+    on_border: bool = False
 
     @property
     def steers(self) -> bool:
         """Whether the domain can tell where a running tip turns to."""
-        return self.elements >= STEERABLE
+        return self.elements >= STEERABLE and not self.on_border
 
 
 def choose_domains(
@@ -99,7 +103,8 @@ def choose_domains(
         cut_back = factor < 1.0
         radii = tuple(factor * r for r in wanted)
     elements = min(max(radii), FILL * sharp_bend(tip)) / tip.h
-    return Domains(radii, clearance, cut_back, growing, elements)
+    on_border = bool((_borders(grid) == tip.node).any())
+    return Domains(radii, clearance, cut_back, growing, elements, on_border)
 
 
 def _fractions(count: int) -> Floats:
@@ -120,11 +125,8 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
     for name, faces in grid.crack_faces.items():
         if name != tip.crack:
             obstacles.append(grid.edge_nodes(faces[:, 0])[:, :2])
-    if len(grid.region_names) > 1:
-        element, side = np.nonzero(grid.twins >= 0)
-        across = grid.regions[grid.twins[element, side] // 3]
-        border = across != grid.regions[element]
-        borders = grid.edge_nodes(3 * element[border] + side[border])[:, :2]
+    borders = _borders(grid)
+    if len(borders):
         meeting = (borders == tip.node).any(axis=1)
         if meeting.any() and not growing:
             reason = (
@@ -142,6 +144,16 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
     if points:
         distances.append(float(np.hypot(*(grid.nodes[points] - x).T).min()))
     return float(min(distances))
+
+
+def _borders(grid: Grid) -> Ints:
+    """Node pairs on the borders of materials, (k, 2)."""
+    if len(grid.region_names) == 1:
+        return np.empty((0, 2), np.int64)
+    element, side = np.nonzero(grid.twins >= 0)
+    across = grid.regions[grid.twins[element, side] // 3]
+    border = across != grid.regions[element]
+    return grid.edge_nodes(3 * element[border] + side[border])[:, :2]
 
 
 def sharp_bend(tip: CrackTip) -> float:
