@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from cfmpm.errors import Problem, SceneError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from matplotlib.axes import Axes
 
@@ -101,25 +101,42 @@ class History:
                 f"holds several runs: choose one along {', '.join(several)}, such as "
                 f"ds.isel({several[0]}=0).cfmpm"
             )
-        self._history = dataset
+        lost = [name for name in ("step", "tip") if name not in dataset["tip_x"].dims]
+        self._history = dataset.expand_dims(lost)
 
     @property
     def scene(self) -> Scene:
         """The scene of the run, from the configuration that the history carries.
+
+        Of a member of a study the base with the values of its parameters.
 
         Raises
         ------
         SceneError
             Where that is damaged.
         """
-        from cfmpm.scene import scene_from_dict
+        from cfmpm.scene import parse_override, scene_from_dict
 
+        of_study = "base" in self._history.attrs
+        name = "base" if of_study else "config"
         place = str(self._history.encoding.get("source", "history"))
         try:
-            config: dict[str, Any] = json.loads(self._history.attrs["config"])
+            config: dict[str, Any] = json.loads(self._history.attrs[name])
         except ValueError:
-            raise SceneError([Problem("its attribute config is damaged", file=place)]) from None
-        return scene_from_dict(config, f"{place}: config")
+            raise SceneError([Problem(f"its attribute {name} is damaged", file=place)]) from None
+        values = {
+            key: value.item() if value.dtype.kind in "fi" else parse_override(f"{key}={value}")[1]
+            for key, value in self._parameters().items()
+        }
+        return scene_from_dict(config, f"{place}: {name}", values)
+
+    def _parameters(self) -> dict[str, NDArray[Any]]:
+        """Values of the parameters of a member of a study, by the keys they set."""
+        return {
+            str(one.attrs["key"]): one.values
+            for one in self._history.coords.values()
+            if one.ndim == 0 and "key" in one.attrs
+        }
 
     def path(self) -> dict[str, NDArray[np.float64]]:
         """Return where each tip has been.
@@ -153,8 +170,7 @@ class History:
         """
         from cfmpm.plotting import draw_paths
 
-        body = self._body()
-        return draw_paths(axes or _new_axes(body), self._history, body, reference)
+        return self._drawn(draw_paths, axes, reference)
 
     def plot_cf(self, axes: Axes | None = None) -> Axes:
         """Draw the configurational force at each place of each tip.
@@ -170,8 +186,7 @@ class History:
         """
         from cfmpm.plotting import draw_tip_cf
 
-        body = self._body()
-        return draw_tip_cf(axes or _new_axes(body), self._history, body)
+        return self._drawn(draw_tip_cf, axes)
 
     def energy_balance(self) -> xr.Dataset:
         """Account for the work of the loads.
@@ -194,6 +209,21 @@ class History:
         return terms.assign(missing=missing).assign_attrs(
             title=f"Energy balance of {self._history.attrs.get('title', 'a run')}"
         )
+
+    def _drawn(self, draw: Callable[..., Axes], axes: Axes | None, *more: Any) -> Axes:
+        """Draw over the body, by default in a new figure that fits it, which a notebook shows."""
+        body = self._body()
+        if axes is not None:
+            return draw(axes, self._history, body, *more)
+        import matplotlib.pyplot as plt
+
+        from cfmpm.plotting.paths import corners_of
+        from cfmpm.plotting.style import LEGEND, RC, size_around
+
+        with plt.rc_context(RC):
+            size = size_around(corners_of(body), LEGEND)
+            _, axes = plt.subplots(figsize=size, layout="constrained")
+            return draw(axes, self._history, body, *more)
 
     def _body(self) -> Scene | Grid:
         """The scene with its geometry; of a mesh file its grid before growth."""
@@ -222,16 +252,3 @@ def new_length(history: xr.Dataset) -> NDArray[np.float64]:
     places = history[["tip_x", "tip_y"]].transpose("step", "tip")
     steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
     return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])
-
-
-def _new_axes(body: Scene | Grid) -> Axes:
-    """Axes in a figure that fits a body, which a notebook shows."""
-    import matplotlib.pyplot as plt
-
-    from cfmpm.plotting.paths import corners_of
-    from cfmpm.plotting.style import LEGEND, RC, size_around
-
-    with plt.rc_context(RC):
-        size = size_around(corners_of(body), LEGEND)
-        axes: Axes = plt.subplots(figsize=size, layout="constrained")[1]
-    return axes

@@ -15,6 +15,7 @@ from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.materials import locks
 from cfmpm.meshing import triangulate
+from cfmpm.motion import Motion
 from cfmpm.patches import Patches, build_patches
 from cfmpm.points import MaterialPoints, relocate, seed
 from cfmpm.scene import Scene, expand
@@ -85,6 +86,8 @@ class Body:
     grown : Grown
     empty_elements, floating_nodes : int
         Triangles without a quadrature point and nodes that only these touch, which are held.
+    motion : Motion or None
+        From the reference configuration, where the grid is reset; None where all is in that.
     """
 
     scene: Scene
@@ -100,6 +103,7 @@ class Body:
     grown: Grown = NOTHING_GROWN
     empty_elements: int = 0
     floating_nodes: int = 0
+    motion: Motion | None = None
 
     @property
     def blind_tips(self) -> set[str]:

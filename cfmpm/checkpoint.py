@@ -10,8 +10,10 @@ from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from cfmpm import body as bodies
+from cfmpm import updated
 from cfmpm.body import Body, Grown
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.errors import Problem, SceneError
@@ -19,14 +21,17 @@ from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.pieces import ParticleDomains, Quadrature
-from cfmpm.points import MaterialPoints
+from cfmpm.points import MaterialPoints, seed
 from cfmpm.record import Origin, Record
 from cfmpm.results import StepRecord, written_aside
-from cfmpm.scene import Scene, effective_config, expand, scene_from_dict
+from cfmpm.scene import Scene, effective_config, expand
 from cfmpm.simulation import Start
 
 # Of the layout of the file.
-FORMAT = 3
+FORMAT = 4
+
+# Of `Motion`, what does not follow from the reference.
+MOTION = ("displacement", "triangle", "base", "smoothed")
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -58,6 +63,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "decision": None if decision is None else asdict(decision),
         "level": start.level,
         "balance": _numbers(start.balance),
+        "resets": 0 if body.motion is None else body.motion.resets,
     }
     arrays = {
         "texts": np.array(json.dumps(texts, default=lambda value: value.tolist())),
@@ -71,6 +77,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **_columns("quadrature", body.quadrature),
         **_columns("balance", start.balance),
         **_steps(record.steps),
+        **_motion(body),
     }
     with written_aside(path) as aside, aside.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
@@ -101,7 +108,11 @@ def read_checkpoint(path: Path) -> Start:
     if texts["format"] != FORMAT:
         reason = f"is of format {texts['format']}; this version reads {FORMAT}: run the scene again"
         raise SceneError([Problem(reason, file=str(path))])
-    scene = scene_from_dict(texts["config"], f"{path}: config")
+    # Checked when it was read; a mesh file may be gone by now, since the grid is here.
+    try:
+        scene = Scene.model_validate(texts["config"])
+    except ValidationError:
+        raise SceneError([Problem("its configuration is damaged", file=str(path))]) from None
     origin = texts["origin"]
     origin["tips"] = {name: (crack, end) for name, (crack, end) in origin["tips"].items()}
     record = Record(scene, expand(scene), Origin(**origin))
@@ -122,12 +133,6 @@ def read_checkpoint(path: Path) -> Start:
         texts["level"],
         _read_balance(arrays, texts["balance"]),
     )
-
-
-def changed_keys(one: Scene, other: Scene) -> list[str]:
-    """Name the top-level keys in which two scenes differ."""
-    a, b = effective_config(one), effective_config(other)
-    return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
 
 
 def _columns(
@@ -193,6 +198,14 @@ def _read_steps(arrays: Arrays, seconds: list[dict[str, float]]) -> list[StepRec
     ]
 
 
+def _motion(body: Body) -> Arrays:
+    """What of the motion of a body does not follow from its reference."""
+    if body.motion is None:
+        return {}
+    kept = {f"motion.{name}": getattr(body.motion, name) for name in MOTION}
+    return {"grid.nodes": body.grid.nodes, **kept}
+
+
 def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
     mesh = Triangulation(
         nodes=arrays["mesh.nodes"],
@@ -210,12 +223,19 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
             return None
         return kind(**{field.name: arrays[f"{prefix}.{field.name}"] for field in fields(kind)})
 
+    grid = bodies.named_grid(mesh, record.full, names)
+    points = table("points", MaterialPoints)
+    quadrature = table("quadrature", Quadrature)
+    if record.full.formulation == "updated":
+        body = updated.begin(bodies.compose(record.full, mesh, grid, seed(grid)))
+        kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
+        return updated.restore(body, arrays["grid.nodes"], points, quadrature, kept)
     return bodies.compose(
         record.full,
         mesh,
-        bodies.named_grid(mesh, record.full, names),
-        table("points", MaterialPoints),
+        grid,
+        points,
         table("domains", ParticleDomains),
-        table("quadrature", Quadrature),
+        quadrature,
         Grown(**texts["grown"]),
     )

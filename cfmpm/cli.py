@@ -74,6 +74,9 @@ Output = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="folder to write to; default: results/<name of the scene>"),
 ]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="take the place of a run that could still go on")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print errors only")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="log each phase")]
 
@@ -107,22 +110,30 @@ def run(
     scene_file: SceneFile,
     set_: Overrides = None,
     output: Output = None,
+    overwrite: Overwrite = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Solve a scene; write history.nc, and fields if the scene asks for output.
 
-    While cracks grow, the history so far and a checkpoint are written every few seconds and when
-    the run breaks off; `cfmpm resume` goes on from there.
+    While cracks grow, the history so far and a checkpoint are written after the first step, from
+    then on as often as that takes little of the time, and when the run breaks off; `cfmpm resume`
+    goes on from there.
+
+    As soon as it has its first step, a new run takes the place of one that has ended in the same
+    folder, with all that was drawn and exported there by default. It does not take the place of one
+    that could still go on.
 
     Example: cfmpm run configs/paper/single_edge_crack.yaml --set mesh.size=10
     """
+    from cfmpm.folder import held, starting
     from cfmpm.scene import load_scene
 
     overrides = _overrides(set_)
     scene = load_scene(scene_file, overrides)
-    with _placed(scene, scene_file, overrides):
-        _solve(scene, output or Path("results") / scene.name, None, quiet=quiet, verbose=verbose)
+    folder = output or Path("results") / scene.name
+    with held(folder), starting(folder, overwrite=overwrite), _placed(scene, scene_file, overrides):
+        _solve(scene, folder, None, quiet=quiet, verbose=verbose)
 
 
 @app.command(short_help="Go on with a run that was broken off.")
@@ -141,38 +152,57 @@ def resume(
     Example: cfmpm resume results/plate_with_holes
     """
     from cfmpm.accessor import open_history
-    from cfmpm.checkpoint import changed_keys, read_checkpoint
-    from cfmpm.keeper import CHECKPOINT, HISTORY, UNFINISHED
-    from cfmpm.scene import load_scene
+    from cfmpm.checkpoint import read_checkpoint
+    from cfmpm.folder import CHECKPOINT, HISTORY, UNFINISHED, held, was_killed_at_start
 
-    checkpoint = result / CHECKPOINT
-    if not checkpoint.exists():
-        ending = str(open_history(result / HISTORY).attrs["ending"])
+    overrides = _overrides(set_)
+    if not result.is_dir():
+        raise SceneError([Problem("no such result; cfmpm run makes one", file=str(result))])
+    with held(result):
+        checkpoint = result / CHECKPOINT
+        start = read_checkpoint(checkpoint) if checkpoint.exists() else None
+        if start is not None:
+            _require_same_scene(result, start.record.scene, scene_file, overrides)
+            _solve(start.record.scene, result, start, quiet=quiet, verbose=verbose)
+            return
+        if was_killed_at_start(result):
+            reason = "the last run was killed before its first step: run the scene again"
+            raise SceneError([Problem(reason, file=str(result))])
+        history = open_history(result / HISTORY)
+        if scene_file is not None or overrides:
+            _require_same_scene(result, history.cfmpm.scene, scene_file, overrides)
+        ending = str(history.attrs["ending"])
         if ending.startswith(UNFINISHED):
             reason = "is not there: nothing to go on from; run the scene again"
             raise SceneError([Problem(reason, file=str(checkpoint))])
         typer.echo(f"{result}: nothing to do, the run has ended; {ending}")
-        return
-    start = read_checkpoint(checkpoint)
+
+
+def _require_same_scene(
+    folder: Path, scene: Scene, scene_file: Path | None, overrides: dict[str, Any]
+) -> None:
+    """Refuse to go on with another scene than that of the run, which a run would have to begin."""
+    from cfmpm.scene import changed_keys, effective_config, load_scene, scene_from_dict
+
     if scene_file is not None:
-        changed = changed_keys(start.record.scene, load_scene(scene_file, _overrides(set_)))
-        if changed:
-            reason = f"differs from the scene of {result} in {', '.join(changed)}: run it instead"
-            raise SceneError([Problem(reason, file=str(scene_file))])
-    _solve(start.record.scene, result, start, quiet=quiet, verbose=verbose)
+        other = load_scene(scene_file, overrides)
+    elif overrides:
+        other = scene_from_dict(effective_config(scene), f"scene of {folder}", overrides)
+    else:
+        return
+    changed = changed_keys(scene, other)
+    if changed:
+        reason = f"differs from the scene of {folder} in {', '.join(changed)}: run it instead"
+        raise SceneError([Problem(reason, file=str(scene_file or "--set"))])
 
 
 def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verbose: bool) -> None:
     """Solve a scene from its beginning or a later start, and write and say what was found."""
     from cfmpm import simulation, summary
-    from cfmpm.keeper import HISTORY, Keeper
-    from cfmpm.results import write_dataset
-    from cfmpm.series import INDEX, FieldSeries
+    from cfmpm.folder import HISTORY
+    from cfmpm.keeper import Keeper
 
-    folder.mkdir(parents=True, exist_ok=True)
     keeper = Keeper(folder, start)
-    done = 0 if start is None else len(start.record.steps)
-    series = FieldSeries(folder, scene.output.every, done)
     with (
         _log_shown(verbose and not quiet),
         _progress(scene, visible=not (quiet or verbose)) as (announce, advance),
@@ -181,11 +211,11 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
 
         def observe(state: State, record: Record) -> None:
             keeper.observe(state, record)
-            series.observe(state, record)
             advance(state, record)
 
         try:
             result = simulation.run(scene, announce, observe, start)
+            written = keeper.finish(result)
         except (Exception, KeyboardInterrupt) as error:
             keeper.write(str(error) or "interrupted")
             if keeper.steps:
@@ -194,20 +224,14 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
                     "from there",
                     err=True,
                 )
+            elif start is None:
+                typer.echo(f"no step was found; {folder} is as it was before this run", err=True)
             raise
-        written = [folder / HISTORY]
-        write_dataset(result.history, written[0])
-        keeper.finish()
-    if scene.output.fields:
-        from cfmpm.fields import build_fields
-
-        written.append(folder / "fields.nc")
-        write_dataset(build_fields(result), written[1])
-    if scene.output.every is not None:
-        written.append(folder / INDEX)
     if not quiet:
         typer.echo(summary.of_run(result, written))
     ending = str(result.history.attrs["ending"])
+    if ending.startswith(simulation.UNSOLVABLE):
+        raise SolveError(f"{ending}. What was found before is in {folder / HISTORY}")
     if ending.startswith(simulation.UNSTABLE):
         raise SolveError(
             f"{ending}. The last stable state is in {folder / HISTORY}. Under tractions or forces "
@@ -232,7 +256,8 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
     with _placed(scene, scene_file, overrides):
         start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
-    left_out = remarks.left_out(start.scene, bool(start.grid.tips))
+    finite = start.scene.kinematics == "finite"
+    left_out = remarks.left_out(start.scene, bool(start.grid.tips), finite=finite)
     radii = [max(domain.radii) for domain in start.tip_domains]
     folder = output or Path("results") / scene.name
     path = save_scene(folder, start.scene, start.grid, start.loading, radii)
@@ -251,9 +276,9 @@ def plot(
 ) -> None:
     """Draw a result: scene.png, deformed.png, and for each tip mesh_<tip>.png, cf_<tip>.png.
 
-    With several domain radii also radii_<tip>.png. Of growth paths.png, cf.png, factors.png,
-    angles.png, energy.png; where the load changes load.png and force_<part>_<axis>.png; and, with
-    output.every, growth.gif.
+    With several domain radii also radii_<tip>.png; with steps at several loads
+    force_<part>_<axis>.png, and steps_<tip>.png or, of growth, load.png. Of growth besides
+    paths.png, cf.png, factors.png, angles.png, energy.png; and, with output.every, growth.gif.
 
     Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
     cracks grew, deformed.png and cf_<tip>.png are then left out.
@@ -263,14 +288,14 @@ def plot(
     from cfmpm import body, simulation
     from cfmpm.accessor import History, open_history, read_result
     from cfmpm.fields import build_fields
+    from cfmpm.folder import FIELDS, HISTORY, INDEX
     from cfmpm.plotting import animate_growth, files
-    from cfmpm.series import INDEX
 
-    source = result / "history.nc" if result.is_dir() else result
+    source = result / HISTORY if result.is_dir() else result
     history = open_history(source)
     scene = History(history).scene
     folder = output or source.parent
-    fields_file = source.parent / "fields.nc"
+    fields_file = source.parent / FIELDS
     fields = read_result(fields_file, "face_nodes") if fields_file.exists() else None
     if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
         typer.echo(f"{fields_file} belongs to another run: not used", err=True)
@@ -285,10 +310,14 @@ def plot(
     radii = [max(domain.radii) for domain in state.tip_domains]
     written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
     written += files.save_tip_points(folder, state) + files.save_radii(folder, history)
+    written += files.save_steps(folder, history)
     if scene.growth is not None:
         written += files.save_growth(folder, history, state.scene, state.grid)
         if (source.parent / INDEX).exists():
-            written.append(animate_growth(source.parent, folder / "growth.gif"))
+            try:
+                written.append(animate_growth(source.parent, folder / "growth.gif"))
+            except SceneError as error:  # the other pictures are none the worse
+                typer.echo(f"no film: {error}", err=True)
     if fields is None:
         typer.echo("no fields of this run: output.fields: true keeps those of its end", err=True)
     else:
@@ -319,8 +348,6 @@ def export(
         written = export_vtu(result, output or result / format_.value)
     except ImportError:
         _fail("cfmpm: export needs pyvista: pip install 'cfmpm[export]'", FAILED)
-    except FileNotFoundError as error:
-        _fail(f"cfmpm: {error}", WRONG_INPUT)
     for path in written:
         typer.echo(path)
 

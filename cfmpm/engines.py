@@ -25,6 +25,8 @@ class NotPositiveDefiniteError(SolveError):
 
     Attributes
     ----------
+    seen : str
+        By what it was told.
     unknown : int or None
         The unknown at whose pivot it was seen, counted among the free ones.
     negative_pivots : int or None
@@ -34,13 +36,15 @@ class NotPositiveDefiniteError(SolveError):
     def __init__(
         self, seen: str, *, unknown: int | None = None, negative_pivots: int | None = None
     ) -> None:
+        self.seen = seen
         self.unknown = unknown
         self.negative_pivots = negative_pivots
         super().__init__(
-            f"the stiffness is not positive definite: {seen}. Either a part of the body is a "
-            "mechanism (no support, or it hangs by a single node), or the state has lost its "
-            "stability (a limit point or a material past its strength); a smaller load step or "
-            "prescribed displacements help only in the second case"
+            f"the stiffness is not positive definite: {seen}. A part of the body is a mechanism "
+            "(no support, or it hangs by a single node), or stiffnesses differ by more than double "
+            "precision resolves, or the state has lost its stability (a limit point, buckling, or "
+            "a material past its strength); a smaller load step or prescribed displacements help "
+            "in the last case only"
         )
 
 

@@ -25,6 +25,7 @@ def evaluate_tips(
     balance: Equilibrium,
     nodal: Floats,
     g_c: Sequence[float | None],
+    plastic: Floats | None = None,
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
@@ -44,6 +45,8 @@ def evaluate_tips(
         From `cf.nodal_force`.
     g_c : sequence of float or None
         Critical energy release rate of each region [N/mm].
+    plastic : (n, 2) float, optional
+        From `mechanics.plastic_nodal_force`.
 
     Returns
     -------
@@ -106,6 +109,10 @@ def evaluate_tips(
             "cf_tip_y": nodal[tip.node, 1],
             "min_opening": openings[tip.crack],
         }
+        if plastic is not None:
+            radius = domain.radii[largest]
+            row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
+            row["J_plastic"] = cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
         if has_k:
             k_1, k_2 = row["K_I"], row["K_II"]
             row["kink_angle"] = criteria.max_hoop_angle(k_1, k_2)

@@ -12,7 +12,10 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import xarray as xr
 
-from cfmpm.series import list_fields
+from cfmpm.accessor import read_result
+from cfmpm.errors import Problem, SceneError
+from cfmpm.folder import FIELDS, INDEX
+from cfmpm.series import list_fields, require_same_run
 
 if TYPE_CHECKING:
     import pyvista
@@ -41,20 +44,21 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
     ------
     ImportError
         Where pyvista is missing.
-    FileNotFoundError
-        Where the run has no fields.
+    SceneError
+        Where the run has no fields, where they cannot be read, or where they are those of another
+        run than the history beside them.
     """
     import pyvista  # noqa: F401 - its absence is told before any file is read
 
-    last = Path(folder) / "fields.nc"
-    try:
+    folder = Path(folder)
+    if (folder / INDEX).exists():
         sources = list_fields(folder)
-    except FileNotFoundError:
-        if not last.exists():
-            raise FileNotFoundError(
-                f"{folder}: no fields; a run with output.fields or output.every makes them"
-            ) from None
-        sources = [last]
+    elif (folder / FIELDS).exists():
+        sources = [folder / FIELDS]
+        require_same_run(folder, read_result(sources[0], "face_nodes"), FIELDS)
+    else:
+        reason = "no fields; a run with output.fields or output.every makes them"
+        raise SceneError([Problem(reason, file=str(folder))])
     output = Path(output)
     output.mkdir(parents=True, exist_ok=True)
     kinds: dict[str, list[tuple[float, str]]] = {}

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 
 from cfmpm import solvers
 from cfmpm.contact import Contact, close_faces
+from cfmpm.engines import NotPositiveDefiniteError
 from cfmpm.equilibrium import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
@@ -21,6 +22,7 @@ from cfmpm.materials import Laws
 from cfmpm.patches import Patches, patch_of
 from cfmpm.points import MaterialPoints
 from cfmpm.solvers import Factor
+from cfmpm.springs import Springs
 
 # Largest unbalanced force relative to the nodal forces, where round-off does not leave more.
 RESIDUAL = 1e-9
@@ -59,6 +61,12 @@ class Problem:
     solver : str
     patches : Patches or None
         Over which the volume ratio is averaged.
+    faces : Grid or None
+        With the crack faces as they were closed, where `grid` has moved since.
+    carried : (n, 2) float or 0
+        By which its nodes have [mm].
+    springs : Springs or None
+        On the grid besides the material.
     """
 
     grid: Grid
@@ -69,11 +77,30 @@ class Problem:
     loading: Loading
     solver: str = "auto"
     patches: Patches | None = None
+    faces: Grid | None = None
+    carried: Floats | float = 0.0
+    springs: Springs | None = None
 
     @cached_property
     def pattern(self) -> tuple[Ints, Ints]:
         """Row pointers and columns of the stiffness of the free degrees of freedom."""
-        return sparsity(self.grid, self.loading, self.patches)
+        material = sparsity(self.grid, self.loading, self.patches)
+        return material if self.springs is None else self.springs.united(material, self.free)
+
+    @cached_property
+    def spring_entries(self) -> Floats | float:
+        """What the springs add to the entries of the stiffness [N/mm^2]."""
+        return 0.0 if self.springs is None else self.springs.entries(self.pattern, self.free)
+
+    @cached_property
+    def free(self) -> Ints:
+        """Rows of the free degrees of freedom among those of the displacement."""
+        return np.flatnonzero(~self.loading.prescribed)
+
+    @property
+    def pull(self) -> Floats | float:
+        """Force of the springs per load factor [N/mm]."""
+        return 0.0 if self.springs is None else self.springs.pull
 
     @cached_property
     def patch(self) -> Ints:
@@ -104,6 +131,12 @@ class _State:
     energy: Floats
     history: Floats
     internal_force: Floats
+    spring_force: Floats | float
+
+    @property
+    def resistance(self) -> Floats:
+        """Force of material and springs against the displacement [N/mm], (n, 2)."""
+        return self.internal_force + self.spring_force
 
 
 @dataclass(frozen=True)
@@ -180,10 +213,12 @@ def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
         except SolveError as failure:
             length = 0.5 * (goal - balance.load_factor)
             if abs(length) >= shortest:
+                # The stiffness factored last is that of a state that was not accepted.
+                march.factor_at(state)
                 continue
             reason = (
                 f"no stable state was found between load factors {balance.load_factor:.6g} and "
-                f"{goal:.6g}: {failure}"
+                f"{goal:.6g}: {_limit(failure) if balance.load_factor else failure}"
             )
             if balance is last:
                 raise SolveError(reason) from failure
@@ -220,6 +255,17 @@ def rebalance(problem: Problem, last: Equilibrium) -> Equilibrium:
     before = march.state(last.displacement)
     found = march.balance(before, last.load_factor, before.internal_force)
     return march.accept(last, before, found, last.load_factor)
+
+
+def _limit(failure: SolveError) -> str:
+    """Say what ends the way of a body that has been stable so far: it is no mechanism."""
+    if not isinstance(failure, NotPositiveDefiniteError):
+        return str(failure)
+    return (
+        f"the stiffness is no longer positive definite ({failure.seen}): a limit point, buckling, "
+        "or a material past its strength; prescribed displacements in place of forces, or "
+        "material.law: ciarlet, may go further"
+    )
 
 
 class _March:
@@ -269,7 +315,9 @@ class _March:
             gradient,
             stress,
         )
-        return _State(displacement, gradient, stress, energy, history, force)
+        springs = self._problem.springs
+        spring_force = 0.0 if springs is None else springs.resistance(displacement)
+        return _State(displacement, gradient, stress, energy, history, force, spring_force)
 
     def factor_at(self, state: _State) -> csr_array:
         """Factor the stiffness of a state; SolveError where it is not positive definite."""
@@ -303,6 +351,7 @@ class _March:
                 state.displacement_gradient,
                 self._problem.patch,
             )
+        data = data + self._problem.spring_entries
         stiffness = csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
         if self._factor is None:
             grid, chosen = self._problem.grid, self._chosen
@@ -318,12 +367,12 @@ class _March:
         """Return the displacement per load factor, from the stiffness factored last."""
         loading = self._problem.loading
         rate = loading.displacement.copy()
-        unbalanced = loading.force
+        unbalanced = loading.force + self._problem.pull
         reach = np.abs(rate).max(initial=0.0)
         if reach > 0.0:
             step = PROBE * np.sqrt(self._problem.grid.areas.min()) / reach
             probed = self.state(state.displacement + step * rate)
-            unbalanced = unbalanced - (probed.internal_force - state.internal_force) / step
+            unbalanced = unbalanced - (probed.resistance - state.resistance) / step
         rate[self._free] += self._solve(unbalanced[self._free])
         return rate
 
@@ -352,11 +401,13 @@ class _March:
         without force, the forces before set the scale of what is unbalanced.
         """
         external = load_factor * self._problem.loading.force
+        # Of large and opposite forces: what springs leave of them, the material feels.
+        pull = load_factor * self._problem.pull
         scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
         residuals: list[float] = []
         while True:
             stiffness = self.factor_at(state)
-            unbalanced = external - state.internal_force
+            unbalanced = external + pull - state.resistance
             closed = self._closed(self._corrected(state.displacement, unbalanced))
             left = (unbalanced + closed.force)[self._free]
             scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
@@ -372,7 +423,7 @@ class _March:
                     f"force is still unbalanced (allowed {RESIDUAL:.0e}; round-off explains "
                     f"{floor:.1e})"
                 )
-            state = self._searched(state, closed.displacement, external + closed.force)
+            state = self._searched(state, closed.displacement, external + pull + closed.force)
 
     def check_jump(self, before: _State, after: _State) -> None:
         """SolveError where a stretch has grown by more than `STRETCH_JUMP`."""
@@ -390,7 +441,7 @@ class _March:
         points, state = self._problem.points, found.state
         points.displacement_gradient = state.displacement_gradient
         points.stress, points.energy = state.stress, state.energy
-        lost = self._unstable_points(state)
+        lost, known = self._unstable_points(state), last.unstable_points > 0
         self._history = state.history
         return Equilibrium(
             displacement=state.displacement,
@@ -411,13 +462,15 @@ class _March:
             substeps=last.substeps + 1,
             residuals=found.residuals,
             unstable_points=lost,
-            unstable_from=load_factor if lost and not last.unstable_points else last.unstable_from,
+            unstable_from=load_factor if lost and not known else last.unstable_from,
         )
 
     def _work(self, last: Equilibrium, before: _State, after: _State, load_factor: float) -> float:
-        """Work of loads and grips over a step, by the trapezoidal rule [N]."""
+        """Work of loads, grips and springs over a step, by the trapezoidal rule [N]."""
         motion = after.displacement - before.displacement
-        mean = 0.5 * (load_factor + last.load_factor) * self._problem.loading.force
+        applied = self._problem.loading.force + self._problem.pull
+        mean = 0.5 * (load_factor + last.load_factor) * applied
+        mean -= 0.5 * (before.spring_force + after.spring_force)
         mean[~self._free] = 0.5 * (before.internal_force + after.internal_force)[~self._free]
         return float(np.sum(mean * motion))
 
@@ -446,13 +499,17 @@ class _March:
 
     def _closed(self, displacement: Floats) -> Contact:
         assert self._factor is not None
-        loading = self._problem.loading
-        return close_faces(self._problem.grid, loading.prescribed, displacement, self._factor)
+        problem = self._problem
+        faces, total = problem.faces or problem.grid, problem.carried + displacement
+        contact = close_faces(faces, problem.loading.prescribed, total, self._factor)
+        if contact.displacement is total:
+            return replace(contact, displacement=displacement)
+        return replace(contact, displacement=contact.displacement - problem.carried)
 
     def _searched(self, state: _State, goal: Floats, external: Floats) -> _State:
         """Go towards a displacement as far as it helps."""
         along = goal - state.displacement
-        left = np.where(self._free, external - state.internal_force, 0.0)
+        left = np.where(self._free, external - state.resistance, 0.0)
         size, work = float(np.sqrt(np.sum(left * left))), float(np.sum(left * along))
         part = 1.0
         while part >= SHORTEST:
@@ -461,7 +518,7 @@ class _March:
             except SolveError:
                 part *= 0.5
                 continue
-            left = np.where(self._free, external - trial.internal_force, 0.0)
+            left = np.where(self._free, external - trial.resistance, 0.0)
             smaller = np.sqrt(np.sum(left * left)) < size
             if smaller or abs(np.sum(left * along)) <= LINE_SEARCH * abs(work):
                 return trial

@@ -80,17 +80,21 @@ def initial_domains(grid: Grid) -> ParticleDomains:
         its two sides to the centroid.
     """
     corners = grid.nodes[grid.triangles]
+    if grid.elements.shape[1] == 3:
+        return triangular_domains(corners)
     to_next = np.roll(corners, -1, axis=1) - corners
     to_last = np.roll(corners, 1, axis=1) - corners
     here = np.zeros_like(to_next)
-    if grid.elements.shape[1] == 3:
-        anchors = corners[:, 0]
-        vertices = np.stack([here, to_next, to_last], axis=2)[:, 0]
-    else:
-        anchors = corners.reshape(-1, 2)
-        vertices = np.stack([here, to_next / 2, (to_next + to_last) / 3, to_last / 2], axis=2)
-    n = vertices.shape[-2]
-    return ParticleDomains(anchors, vertices.reshape(-1, 2), n * np.arange(len(anchors) + 1))
+    anchors = corners.reshape(-1, 2)
+    vertices = np.stack([here, to_next / 2, (to_next + to_last) / 3, to_last / 2], axis=2)
+    return ParticleDomains(anchors, vertices.reshape(-1, 2), 4 * np.arange(len(anchors) + 1))
+
+
+def triangular_domains(corners: Floats) -> ParticleDomains:
+    """Make domains of triangles, (p, 3, 2) corners anticlockwise [mm]."""
+    anchors = corners[:, 0]
+    vertices = (corners - anchors[:, None]).reshape(-1, 2)
+    return ParticleDomains(anchors, vertices, 3 * np.arange(len(anchors) + 1))
 
 
 def initial_quadrature(points: MaterialPoints) -> Quadrature:

@@ -128,13 +128,19 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
     return found
 
 
-def relocate(grid: Grid, points: MaterialPoints) -> Ints:
+def relocate(
+    grid: Grid,
+    points: MaterialPoints,
+    reason: str = "growth has moved the grid off them; make it finer there",
+) -> Ints:
     """Find the triangle that holds each material point, from the one that held it.
 
     Parameters
     ----------
     grid : Grid
     points : MaterialPoints
+    reason : str
+        Why points may lie outside, and what helps.
 
     Returns
     -------
@@ -151,6 +157,6 @@ def relocate(grid: Grid, points: MaterialPoints) -> Ints:
         x, y = points.position[lost[0]]
         raise SolveError(
             f"{lost.size} of {len(points)} material points have left the grid, the first at "
-            f"({x:.6g}, {y:.6g}) mm: growth has moved the grid off them; make it finer there"
+            f"({x:.6g}, {y:.6g}) mm: {reason}"
         )
     return found

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm import remarks, results
+from cfmpm import mechanics, remarks, results
 from cfmpm.body import Body, Grown
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import fatigue, stability
@@ -116,6 +116,7 @@ class Record:
         self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
         self.warnings |= dict.fromkeys(remarks.doubts(body, balance, scale))
+        self.warnings |= dict.fromkeys(remarks.doubts_at_tips(body, tips))
 
     def add_severed(
         self,
@@ -247,7 +248,8 @@ def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, 
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
     # Zero where a support prescribes the displacement: a force there does no work.
-    applied = float((loading.force * (u - loading.displacement)).sum())
+    free = u - balance.load_factor * loading.displacement
+    applied = float((loading.force * free).sum())
     reaction = float(
         ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
     )
@@ -275,8 +277,18 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     felt = size > 1e-9 * np.abs(balance.internal_force).max(initial=0.0)
     along = np.full(len(size), np.nan)
     along[felt] = (motion * reaction).sum(axis=1)[felt] / size[felt]
-    return {
+    values: dict[str, Any] = {}
+    if balance.finite:
+        values["min_det_F"] = np.linalg.det(np.eye(2) + source.displacement_gradient).min()
+    if body.motion is not None:
+        values |= {"least_fill": body.motion.fill, "grid_resets": body.motion.resets}
+    return values | {
         "strain_energy": np.sum(source.energy * source.volume),
+        "plastic_work": (
+            np.sum(balance.history[:, mechanics.PLASTIC_WORK] * source.volume)
+            if balance.history.size
+            else np.nan
+        ),
         "newton_iterations": balance.newton_iterations,
         "substeps": balance.substeps,
         "unstable_points": balance.unstable_points,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
@@ -15,10 +17,14 @@ from cfmpm.fracture.release import LARGEST_KINK
 from cfmpm.materials import LOCKING
 from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.meshing import resolved_grading
+from cfmpm.motion import Motion
 from cfmpm.scene.model import Scene
 
 # Angle between a segment and the direction asked for [deg] that is worth a warning.
 DEVIATION = 5.0
+# Of a grid that is reset (design study): how full a triangle is, what is left of a point's volume,
+# how far two domains of the configurational force are apart, and element sizes of drift at a tip.
+LEAST_FILL, LEAST_VOLUME, APART, DRIFT = 0.1, 0.5, 0.02, 0.25
 
 
 def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]:
@@ -40,14 +46,16 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
     if finite:
         items = [
             "K_I, K_II, T: finite deformation has none; G is J",
-            "grid reset: all is in the reference configuration",
         ]
+        if scene.formulation == "total":
+            items.append("grid reset: all is in the reference configuration")
     else:
         items = ["Newton loop, finite deformation: the scene is linear (finite_effect)"]
         if scene.growth is not None:
             items.append("grid reset: at small strain the grid stays where it is")
     if scene.growth is None:
-        items.append("crack growth, grid reset: the cracks are stationary")
+        reset = "" if scene.formulation == "updated" else ", grid reset"
+        items.append(f"crack growth{reset}: the cracks are stationary")
     if not has_tips:
         items.append("configurational force at tips: the scene has no crack tip")
     elif scene.fracture.radii == 1 or (
@@ -77,7 +85,7 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """
     grading = resolved_grading(body.scene)
     notes: dict[str, Any] = {
-        "formulation": "total Lagrangian, " + _kinematics(balance),
+        "formulation": _formulation(body.scene) + _kinematics(balance),
         "element": body.scene.mesh.element,
         "solver": balance.solver,
         "linear_iterations": balance.iterations,
@@ -103,6 +111,18 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
             ),
         }
     return notes
+
+
+def _formulation(scene: Scene) -> str:
+    """In which configuration."""
+    if scene.formulation == "total":
+        return "total Lagrangian, "
+    reset = {
+        "fixed": "a grid that goes back after every load step; no contact of crack faces",
+        "following": "a grid that follows boundary, crack faces and tips",
+    }[scene.updated.grid]
+    summed = {"points": "points as they are", "domains": "exact particle domains"}
+    return f"updated Lagrangian on {reset}; integration by {summed[scene.updated.integration]}; "
 
 
 def _kinematics(balance: Equilibrium) -> str:
@@ -161,7 +181,11 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     largest = np.abs(balance.displacement).max(initial=0.0)
     for name, opening in smallest_openings(grid, balance.displacement).items():
         if opening < -1e-6 * largest:
-            found.append(f"{name}: its faces overlap where supports prescribe it")
+            fixed = body.motion is not None and body.scene.updated.grid == "fixed"
+            why = (
+                "on a fixed grid, which has no contact" if fixed else "where supports prescribe it"
+            )
+            found.append(f"{name}: its faces overlap {why}")
     if balance.unstable_points > 0:
         found.append(
             f"from load factor {balance.unstable_from:.4g} on the material has lost ellipticity at "
@@ -175,8 +199,9 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
         )
     if balance.residual_floor > 0.0:
         found.append(
-            "the unbalanced force is at the floor that round-off sets, above 1e-8 of the largest "
-            "nodal force: a strong contrast of stiffness, or a slender ligament"
+            "the unbalanced force (residual_norm) is at the floor that round-off sets, above what "
+            "is asked for: a strong contrast of stiffness, near incompressibility, or a slender "
+            "ligament"
         )
     if body.grown.deviation > DEVIATION:
         found.append(
@@ -184,9 +209,58 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
             f"one pointed back, beyond a kink of {LARGEST_KINK:g} deg, or the crack ran into a "
             "node next to its way that may not move"
         )
-    if body.empty_elements:
+    if body.motion is not None:
+        found += _alarms(body, body.motion)
+    elif body.empty_elements:
         found.append(
             "growth.transfer: paper left triangles without a material point (empty_elements), and "
             "nodes without stiffness (floating_nodes), which were held"
         )
     return found
+
+
+def _alarms(body: Body, motion: Motion) -> Iterator[str]:
+    """Name what is wrong with the grid that a body was reset on."""
+    if body.empty_elements:
+        yield (
+            "triangles inside the body have lost material points (empty_elements): each is a hole "
+            "or a mechanism, and its neighbours carry its volume; forces are wrong by some per "
+            "cent and more from the first of them on; updated.integration: domains has none"
+        )
+    if motion.fill < LEAST_FILL:
+        yield (
+            f"material fills less than {LEAST_FILL:g} of a triangle inside the body (least_fill), "
+            "which is nearly without stiffness; updated.ghost: 0.1 stabilises it"
+        )
+    ratio = np.linalg.det(np.eye(2) + body.points.displacement_gradient).min()
+    if ratio < LEAST_VOLUME:
+        yield (
+            f"a material point has less than {LEAST_VOLUME:g} of its volume left (min_det_F): "
+            "points are crushed where the grid has come apart from them"
+        )
+
+
+def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[str]:
+    """Name the tips at which a grid that is reset has come apart from the material.
+
+    Parameters
+    ----------
+    body : Body
+    values : mapping of str to (tip,) array
+        From `evaluate_tips` and `updated.compare`.
+    """
+    if body.motion is None:
+        return
+    for i, tip in enumerate(body.grid.tips):
+        on_grid, material = values["cf_norm_grid"][i], values["cf_norm"][i]
+        if abs(on_grid - material) > APART * material:
+            yield (
+                f"{tip.name}: the configurational force on the grid differs from that on the "
+                f"material by more than {100 * APART:g} % (cf_norm_grid): neither is to be trusted"
+            )
+        if values["tip_drift"][i] > DRIFT * tip.h:
+            yield (
+                f"{tip.name}: the material has moved by more than a quarter of an element past the "
+                "tip of the grid (tip_drift): the crack of the grid is not where that of the "
+                "material is; updated.grid: following keeps them together"
+            )

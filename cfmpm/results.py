@@ -45,12 +45,21 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cf_angle": (_TIP, "degree", "angle of the configurational force from the crack tangent"),
     "cf_tip_x": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
     "cf_tip_y": (_TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
+    "cf_plastic_x": (_TIP, "N mm-1", "what plastic work adds to the configurational force"),
+    "cf_plastic_y": (_TIP, "N mm-1", "what plastic work adds to the configurational force"),
+    "J_plastic": (_TIP, "N mm-1", "what plastic work adds to J, which is of the stored energy"),
     "J": (_TIP, "N mm-1", "domain integral along the crack tangent, largest ring"),
     "G": (_TIP, "N mm-1", "energy release rate from K_I and K_II, largest ring"),
     "G_kink": (_TIP, "N mm-1", "what drives the tip in the direction in which it would kink"),
     "K_I": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest ring"),
     "K_II": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest ring"),
     "T_stress": (_TIP, "MPa", "T-stress, largest ring"),
+    "cf_norm_grid": (
+        _TIP,
+        "N mm-1",
+        "norm of the configurational force on a disc of the grid, where that is reset",
+    ),
+    "tip_drift": (_TIP, "mm", "distance of the material's tip from that of the grid, if reset"),
     "kink_angle": (_TIP, "degree", "angle of largest hoop stress from the crack tangent"),
     "min_opening": (_TIP, "mm", "smallest opening of the crack's faces, negative in overlap"),
     "critical_load_factor": (_TIP, "1", "load factor at which G_kink reaches g_c"),
@@ -63,6 +72,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cf_norm_radius": (_RADIUS, "N mm-1", "norm of the configurational force on the domain"),
     "cf_angle_radius": (_RADIUS, "degree", "angle of the configurational force, from the tangent"),
     "strain_energy": (_STEP, "N", "strain energy per mm of thickness (N mm/mm)"),
+    "plastic_work": (_STEP, "N", "plastic work per mm of thickness (N mm/mm); nan without flow"),
     "external_work": (_STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
     "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
     "newton_iterations": (_STEP, "1", "Newton iterations so far; 0 for a linear solve"),
@@ -78,8 +88,15 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "n_points": (_STEP, "1", "material points"),
     "n_nodes": (_STEP, "1", "nodes of the background grid"),
     "contact_pairs": (_STEP, "1", "pairs of nodes at which crack faces press on each other"),
+    "min_det_F": (_STEP, "1", "least volume ratio of the material points; nan at small strain"),
+    "least_fill": (_STEP, "1", "of triangles with material the least part that it fills, if reset"),
+    "grid_resets": (_STEP, "1", "how often the grid was moved under the points so far, if reset"),
     "grid_quality": (_STEP, "1", "worst triangle that growth changed; 1 equilateral, 0 flat"),
-    "empty_elements": (_STEP, "1", "triangles without a material point"),
+    "empty_elements": (
+        _STEP,
+        "1",
+        "triangles without a material point; where the grid is reset, with fewer than were seeded",
+    ),
     "floating_nodes": (_STEP, "1", "nodes without stiffness, which were held"),
     "n_unknowns": (_STEP, "1", "free degrees of freedom"),
     "reaction_x": (("step", "boundary"), "N mm-1", _REACTION),
@@ -298,10 +315,15 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
     OSError
         Where the folder cannot be written; `path` is then untouched.
     """
+    with written_aside(path) as aside:
+        store(dataset, aside)
+
+
+def store(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset to netCDF in place: into what `written_aside` gives."""
     # Coordinates have no missing values; NaN marks them everywhere else.
     encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
-    with written_aside(path) as aside:
-        dataset.to_netcdf(aside, engine="netcdf4", encoding=encoding)
+    dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
 
 
 @contextmanager

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from cfmpm.accessor import read_result
+from cfmpm.errors import Problem, SceneError
 from cfmpm.fields import crack_length, state_fields
+from cfmpm.folder import HISTORY, INDEX
 from cfmpm.record import Record
 from cfmpm.results import provenance, write_dataset
 from cfmpm.simulation import State
-
-INDEX = "fields_index.nc"
 
 
 class FieldSeries:
@@ -32,13 +33,16 @@ class FieldSeries:
         self._folder, self._every = Path(folder), every
         self._rows: list[tuple[int, float, float, str]] = []
         if (self._folder / INDEX).exists():
-            with xr.open_dataset(self._folder / INDEX, engine="netcdf4") as index:
-                columns = [index[name].values.tolist() for name in _COLUMNS]
-            rows = list(zip(*columns, strict=True))
+            index = _read_index(self._folder)
+            rows = list(zip(*(index[name].values.tolist() for name in _COLUMNS), strict=True))
             self._rows = [row for row in rows if row[0] <= done]
+            # First the table: a kill in between leaves none that lists what is not there.
+            if self._rows:
+                write_dataset(_index(self._rows).assign_attrs(index.attrs), self._folder / INDEX)
+            else:
+                (self._folder / INDEX).unlink()
             for *_, file in rows[len(self._rows) :]:
                 (self._folder / file).unlink(missing_ok=True)
-            (self._folder / INDEX).unlink()
 
     def observe(self, state: State, record: Record) -> None:
         """Write the fields of a state if it is its turn; an observer of `simulation.run`."""
@@ -82,11 +86,49 @@ def list_fields(folder: Path) -> list[Path]:
 
     Raises
     ------
-    FileNotFoundError
-        Where there are none.
+    SceneError
+        Where there are none, where they cannot be read, or where they are those of another run than
+        the history beside them.
     """
-    index = Path(folder) / INDEX
-    if not index.exists():
-        raise FileNotFoundError(f"{folder}: no fields by step; a run with output.every makes them")
-    with xr.open_dataset(index, engine="netcdf4") as table:
-        return [index.parent / str(name) for name in table["file"].values]
+    folder = Path(folder)
+    if not (folder / INDEX).exists():
+        reason = "no fields by step; a run with output.every makes them"
+        raise SceneError([Problem(reason, file=str(folder))])
+    index = _read_index(folder)
+    require_same_run(folder, index, INDEX)
+    files = [folder / str(name) for name in index["file"].values]
+    missing = [
+        Problem("is listed in the fields by step, and missing", file=str(path))
+        for path in files
+        if not path.exists()
+    ]
+    if missing:
+        raise SceneError(missing)
+    return files
+
+
+def require_same_run(folder: Path, fields: xr.Dataset, name: str) -> None:
+    """Refuse fields of another scene than that of the history in the same folder.
+
+    Parameters
+    ----------
+    folder : Path
+    fields : xarray.Dataset
+        Fields, or a table of them.
+    name : str
+        Of their file.
+
+    Raises
+    ------
+    SceneError
+    """
+    if not (folder / HISTORY).exists():
+        return
+    history = read_result(folder / HISTORY, "domain_radius")
+    if fields.attrs.get("config_hash") != history.attrs["config_hash"]:
+        reason = f"belongs to another run than {HISTORY}: run the scene again"
+        raise SceneError([Problem(reason, file=str(folder / name))])
+
+
+def _read_index(folder: Path) -> xr.Dataset:
+    return read_result(folder / INDEX, "file")

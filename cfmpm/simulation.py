@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 import xarray as xr
 
 from cfmpm import body as bodies
-from cfmpm import mechanics
+from cfmpm import mechanics, updated
 from cfmpm.body import Body
 from cfmpm.clock import Clock
 from cfmpm.equilibrium import Equilibrium
@@ -18,17 +19,19 @@ from cfmpm.errors import SolveError
 from cfmpm.evaluation import evaluate_tips
 from cfmpm.fracture import growth
 from cfmpm.grid import Floats, Grid
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.loading import Loading
 from cfmpm.materials import lame_constants, region_materials
-from cfmpm.points import MaterialPoints, relocate
+from cfmpm.points import MaterialPoints
 from cfmpm.record import Origin, Record
 from cfmpm.scene import Scene
 
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
 GROWTH_PHASES = (*PHASES, "release")
+RESET_PHASES = (*PHASES, "reset")
 # How the ending begins of a run that no stable state goes on from.
 UNSTABLE = "unstable"
+# And of one that lost the stiffness that holds its nodes.
+UNSOLVABLE = "unsolvable"
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,10 @@ class State:
     level : int
         Number of the load step.
     before : Equilibrium or None
-        What finite deformation set out from, on this grid.
+        What finite deformation set out from, on the grid of the solve.
+    solved : Body
+        As it was solved: `body` itself, but where its grid is reset `body` is in the reference
+        configuration.
     """
 
     body: Body
@@ -55,6 +61,7 @@ class State:
     decision: growth.Decision
     level: int
     before: Equilibrium | None
+    solved: Body
 
     @property
     def scene(self) -> Scene:
@@ -94,6 +101,33 @@ class Result(State):
 
     history: xr.Dataset
 
+    def write(self, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
+        """Write the files that ``cfmpm run`` leaves in its folder at the end of a run.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Made if needed. An earlier result there is replaced, with what was drawn and exported.
+        overwrite : bool
+            Whether also one that was broken off and could still go on.
+
+        Returns
+        -------
+        list of Path
+            history.nc and, where the scene has ``output.fields``, fields.nc. The fields of each
+            step (``output.every``) are written only while the command runs.
+
+        Raises
+        ------
+        SceneError
+            Where a run is writing there, or one is that could still go on.
+        OSError
+            Where the folder cannot be written.
+        """
+        from cfmpm.keeper import write_result
+
+        return write_result(self, Path(folder), overwrite=overwrite)
+
 
 @dataclass(frozen=True)
 class Start:
@@ -123,7 +157,8 @@ class Start:
     def of(cls, scene: Scene) -> Self:
         """The beginning of a scene."""
         body = bodies.build(scene)
-        return cls(body, Record(scene, body.scene, Origin.of(body)))
+        record = Record(scene, body.scene, Origin.of(body))
+        return cls(updated.begin(body) if scene.formulation == "updated" else body, record)
 
 
 def run(
@@ -173,11 +208,7 @@ def run(
     while True:
         if gradients is None:
             with clock("points"):  # step 2: triangles of the points, basis gradients
-                grid, points = body.grid, body.integration
-                points.element = relocate(grid, points)
-                gradients = basis_gradients(
-                    grid.nodes, grid.elements, points.element, points.position
-                )
+                gradients = mechanics.prepare(body)
         with _step(len(record.steps) + 1):  # steps 3 to 6: stiffness, forces, balance, points
             before = balance if balance is not None and balance.finite else None
             try:
@@ -189,13 +220,16 @@ def run(
                 break
             bodies.update_owners(body)
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
-            nodal = mechanics.nodal_force(body, gradients, balance)
-            tips = evaluate_tips(body, gradients, lame, balance, nodal, g_c)
+            seen = updated.in_reference(body, gradients, balance)
+            nodal = mechanics.nodal_force(*seen)
+            plastic = mechanics.plastic_nodal_force(*seen)
+            tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c, plastic)
+            tips |= updated.compare(body, gradients, balance)
             factor = balance.load_factor if balance.finite else levels[level]
             last, decision = (
                 decision,
                 growth.decide(
-                    grid,
+                    body.grid,
                     tips,
                     g_c,
                     scene.growth,
@@ -207,8 +241,8 @@ def run(
                     blind=body.blind_tips,
                 ),
             )
-        record.add(body, balance, tips, decision, clock.lap())
-        state = State(body, balance, nodal, decision, level, before)
+        record.add(seen[0], seen[2], tips, decision, clock.lap())
+        state = State(seen[0], seen[2], nodal, decision, level, before, body)
         observe(state, record)
         if balance.stopped:
             ending = f"{UNSTABLE}: {balance.stopped}"
@@ -217,7 +251,7 @@ def run(
         ending = growth.ending(
             scene.growth,
             decision,
-            grid.tips,
+            body.grid.tips,
             len(record.steps),
             last_level=last_level,
             last=last,
@@ -227,15 +261,23 @@ def run(
             break
         if not decision.running:
             level += 1
+            if body.motion is not None:
+                try:
+                    with clock("reset"):  # step 9: points where they have moved to, a grid for them
+                        body, balance = updated.reset(body, balance)
+                except SolveError as error:
+                    ending = f"{UNSTABLE}: {error}"
+                    break
+                gradients = None
             continue
-        with clock("release"):  # steps 8 and 9: align segments, double nodes, redefine the grid
+        with clock("release"):  # step 8: align segments, double nodes, redefine the grid
             try:
                 body = bodies.release(body, decision.running)
             except bodies.SeveredError as severed:
                 record.add_severed(severed.triangulation, clock.lap(), decision, severed.grown)
                 ending = str(severed)
                 break
-            balance = mechanics.carry_over(balance, grid, body.grid)
+            balance = mechanics.carry_over(balance, state.grid, body.grid)
             gradients = None
     return Result(**vars(state), history=record.history(ending))
 
@@ -251,7 +293,7 @@ def _ending_without_balance(
     growth_ = body.scene.growth
     if record.steps and growth_ and growth_.transfer == "paper":
         record.add_severed(body.triangulation, {}, decision, body.grown)
-        return f"unsolvable: growth.transfer: paper took stiffness away; {error}"
+        return f"{UNSOLVABLE}: growth.transfer: paper took stiffness away; {error}"
     if record.steps and balance is not None and balance.finite:
         return f"{UNSTABLE}: {error}"
     return ""

@@ -85,7 +85,9 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
     """How finite deformation got to its load, and where it ended."""
     steps = float(last["substeps"])
     if not steps > 0.0:
-        return []
+        effect = abs(float(last["finite_effect"]))
+        said = f"finite deformation, left out, would change the energy by about {effect:.1e}"
+        return [("strain", f"small; {said}")] if np.isfinite(effect) else []
     return [
         (
             "load",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from itertools import pairwise
@@ -20,6 +21,9 @@ import cfmpm
 from cfmpm.results import write_dataset
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import Result, run
+from cfmpm.study.collecting import collect
+from cfmpm.study.member import solve
+from cfmpm.study.reading import load_study
 
 SCENE = {
     "name": "plate",
@@ -178,6 +182,38 @@ def write_square(path: Path) -> None:
         gmsh.write(str(path))
     finally:
         gmsh.finalize()
+
+
+def test_one_step_and_one_tip_are_enough(result: Result, axes: Axes) -> None:
+    last = result.history.isel(step=-2, tip=0).cfmpm
+    x, y = (result.history[name].values[-2, 0] for name in ("tip_x", "tip_y"))
+    assert last.path()["left"].tolist() == [[x, y]]
+    last.plot_cf(axes)
+    assert sum(isinstance(c, Quiver) for c in axes.collections) == 1
+
+
+def test_a_member_of_a_study_has_its_own_scene(tmp_path: Path, axes: Axes) -> None:
+    (tmp_path / "base.yaml").write_text(json.dumps(SCENE))
+    study = {
+        "name": "both",
+        "base": "base.yaml",
+        "product": {
+            "E": {"key": "material.E", "values": [1e5, 2e5]},
+            "growth": {"key": "growth", "values": [{"control": "crack", "increments": 1}]},
+            "element": {"key": "mesh.element", "values": ["T3", "T6"]},
+        },
+    }
+    (tmp_path / "study.yaml").write_text(json.dumps(study))
+    plan = load_study(tmp_path / "study.yaml")
+    found = {one.key: solve(one.key, one.scene) for one in plan.members}
+    write_dataset(collect(plan, found), tmp_path / "study.nc")
+    whole = xr.load_dataset(tmp_path / "study.nc")
+    for one in plan.members:
+        member = whole.isel(dict(zip(("E", "growth", "element"), one.index, strict=True)))
+        assert member.cfmpm.scene == one.scene
+        alone = run(one.scene).history.cfmpm
+        np.testing.assert_array_equal(member.cfmpm.path()["left"], alone.path()["left"])
+    member.cfmpm.plot_path(axes)
 
 
 def test_the_body_of_a_mesh_file_is_its_grid(tmp_path: Path, axes: Axes) -> None:

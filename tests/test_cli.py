@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
-from cfmpm import __version__, body, cli, simulation
+from cfmpm import __version__, body, cli, equilibrium, simulation
 from cfmpm.cli import app
 from cfmpm.errors import MeshError, SolveError
 from cfmpm.scene import load_scene
@@ -127,6 +127,25 @@ class TestRun:
         assert result.exit_code == 0, result.output
         assert not list(Path("results/whole").glob("cf_*"))
 
+    def test_nothing_of_two_runs_stands_side_by_side(self, scene: Path) -> None:
+        """Whatever a run, plot and export can write is gone when the next run has ended."""
+        pytest.importorskip("pyvista")
+        folder = Path("results/small")
+        folder.mkdir(parents=True)
+        mine = {"notes.txt", "cf_mine.png", "fields_mine.nc", ".history.nc.mine", "vtu"}
+        for name in mine - {"vtu"}:
+            (folder / name).touch()
+        growing = ["growth={control: crack, increments: 2}", "output={every: 1, fields: true}"]
+        call("run", scene, *(part for text in growing for part in ("--set", text)))
+        for command in ("plot", "export"):
+            assert call(command, folder).exit_code == 0
+        (folder / "vtu" / "mine.vtu").touch()
+        (folder / ".history.nc.0123abcd.part").touch()  # of a run that was killed
+        assert len(list(folder.iterdir())) > 20
+        assert call("run", scene).exit_code == 0
+        assert {path.name for path in folder.iterdir()} == {*mine, "history.nc"}
+        assert [path.name for path in (folder / "vtu").iterdir()] == ["mine.vtu"]
+
 
 class TestFailures:
     def test_every_problem_of_a_scene_on_its_line(self, scene: Path) -> None:
@@ -211,7 +230,7 @@ class TestCheck:
         def solve(*_: object) -> None:
             raise AssertionError("check must not solve")
 
-        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        monkeypatch.setattr(equilibrium, "solve_linear", solve)
         result = call("check", scene, "--set", "solver=superlu")
         assert result.exit_code == 0, result.output
         for word in (
@@ -255,14 +274,15 @@ class TestPlot:
         def solve(*_: object) -> None:
             raise AssertionError("plot must not solve")
 
-        monkeypatch.setattr(simulation.equilibrium, "solve_linear", solve)
+        monkeypatch.setattr(equilibrium, "solve_linear", solve)
         result = call("plot", "results/small", "--output", "pictures")
         assert (result.exit_code, result.stderr) == (0, "")
         assert {p.name for p in Path("pictures").iterdir()} == self.PICTURES
 
     def test_fields_of_another_run_are_not_used(self, scene: Path) -> None:
-        call("run", scene, "--set", "output.fields=true")
+        call("run", scene, "--set", "output.fields=true", "--output", "other")
         call("run", scene)
+        Path("other/fields.nc").rename("results/small/fields.nc")
         result = call("plot", "results/small")
         assert result.exit_code == 0, result.output
         assert "belongs to another run" in result.stderr

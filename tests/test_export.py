@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from typer.testing import CliRunner, Result
 from cfmpm.cli import app
 from cfmpm.export import export_vtu
 from cfmpm.fields import build_fields
+from cfmpm.folder import INDEX
 from cfmpm.results import write_dataset
 from cfmpm.scene import scene_from_dict
 from cfmpm.series import FieldSeries, list_fields
@@ -102,6 +105,37 @@ def test_without_fields_it_says_what_makes_them(tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert "output.fields" in result.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_fields_of_another_run_are_refused(folder: Path, tmp_path: Path) -> None:
+    """Never a film of one scene beside the numbers of another."""
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    other = growing()
+    other["material"]["g_c"] = 2.0
+    write_dataset(run(scene_from_dict(other)).history, copy / "history.nc")
+    result = call("export", copy)
+    assert result.exit_code == 2
+    assert "fields_index.nc: belongs to another run than history.nc" in result.stderr
+    result = call("plot", copy)
+    assert result.exit_code == 0
+    assert "fields_index.nc: belongs to another run" in result.stderr
+    assert not (copy / "growth.gif").exists()
+
+
+@pytest.mark.parametrize("command", ["plot", "export"])
+def test_fields_that_are_gone_are_said_to_be_missing(
+    folder: Path, tmp_path: Path, command: str
+) -> None:
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    scene = scene_from_dict(json.loads(xr.load_dataset(copy / INDEX).attrs["config"]))
+    write_dataset(run(scene).history, copy / "history.nc")
+    (copy / "fields_0003.nc").unlink()
+    result = call(command, copy)
+    assert (result.exit_code, "fields_0003.nc: is listed" in result.stderr) == (
+        2 if command == "export" else 0,
+        True,
+    )
+    assert "cannot write" not in result.stderr
 
 
 def test_without_pyvista_it_names_the_extra(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -158,6 +160,51 @@ class TestLimitPoint:
         assert float(kept.unstable_points[-1]) == 0
 
 
+class TestPlasticity:
+    STEEL: ClassVar = {"E": 1e4, "nu": 0.3, "law": "j2", "yield_stress": 100, "hardening": 200}
+
+    def test_work_is_stored_or_spent(self):
+        history = run(PLATE, material=self.STEEL, load_steps=80).history
+        whole = history.strain_energy + history.plastic_work
+        assert float(history.plastic_work[-1]) > 0.3 * float(whole[-1])
+        np.testing.assert_allclose(history.external_work, whole, rtol=3e-3)
+        np.testing.assert_allclose(history.external_work[-1], whole[-1], rtol=3e-4)
+
+    def test_a_body_that_has_flowed_keeps_it(self):
+        history = run(PLATE, material=self.STEEL, load_steps=[1.0, 0.0]).history
+        assert float(history.plastic_work[1]) >= float(history.plastic_work[0]) > 0
+        assert float(history.strain_energy[1]) > 0  # residual stress
+        assert np.abs(history.reaction_y[1]).max() > 0
+
+    def test_the_force_of_stored_energy_depends_on_the_domain(self):
+        """What plastic work adds is told apart; elastic, no domain differs."""
+        kind = {
+            "load_steps": 10,
+            "mesh": {"element": "T6", "size": 5, "grading": {"tip_size": 0.5}},
+            "fracture": {"radii": [3, 6, 10]},
+        }
+        history = run(PLATE, material=self.STEEL, **kind).history
+        spread = float(history.J_spread[-1, 0] / history.J[-1, 0])
+        assert spread > 0.05
+        elastic = run(PLATE, **kind).history
+        assert float(elastic.J_spread[-1, 0] / elastic.J[-1, 0]) < 0.1 * spread
+        assert float(history.J_plastic[-1, 0]) > 0.1 * float(history.J[-1, 0])
+        assert np.isnan(elastic.J_plastic).all()
+        assert np.isnan(elastic.plastic_work).all()
+
+    def test_below_yield_it_is_hencky(self):
+        loads = [
+            {"edge": "top", "displacement": {"y": 0.01}},
+            {"edge": "bottom", "displacement": {"y": -0.01}},
+        ]
+        steel, hencky = (
+            run({**PLATE, "loads": loads}, material=material).history
+            for material in (self.STEEL, {"E": 1e4, "nu": 0.3})
+        )
+        assert float(steel.J[0, 0]) == float(hencky.J[0, 0])
+        assert float(steel.plastic_work[0]) == 0.0
+
+
 def test_small_loads_give_the_small_strain_solution():
     """The difference is of the order of the strain."""
     seen = []
@@ -240,3 +287,37 @@ class TestGrowth:
             assert first > 1
             assert float(history.cf_norm[first - 1, 0]) >= 3.0
             assert (history.cf_norm[: first - 1, 0] < 3.0).all()
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
+    """A step that fails leaves nothing behind: the closed faces go on from the last state.
+
+    The crack takes stiffness away, as its faces slide, and open where the plate bends; the part of
+    the width that it leaves is at least as good.
+    """
+    outline = [[0, 0], [50, 0], [50, 80], [0, 80]]
+    sound = {"geometry": {"outline": outline}, "family": None, "fracture": {}}
+    loads = [{"edge": "edge_3", "displacement": {"y": -12}}]
+    loads += [{"edge": "edge_1", "displacement": {"y": 12}}]
+    cracked = {"geometry": {"outline": outline, "cracks": [{"points": [[0, 40], [12, 40]]}]}}
+    reached = []
+    for body in (sound, sound | cracked):
+        mesh = {"element": element, "size": 8}
+        history = run(PLATE, **body, loads=loads, mesh=mesh, load_steps=[0.1, 1.0]).history
+        assert history.attrs["ending"].startswith("unstable: no stable state")
+        assert "buckling" in history.attrs["ending"]
+        assert np.isfinite(history.strain_energy).all()
+        reached.append(float(history.load_factor[-1]))
+    assert (1 - 12 / 50) * reached[0] < reached[1] < reached[0]
+    assert (history.min_opening > -1e-8).all()
+    assert (history.contact_pairs > 0).all()
+
+
+def test_the_first_loss_of_ellipticity_is_dated():
+    """Even in the first step of all, which has nothing before it."""
+    ideal = {"E": 1e4, "nu": 0.3, "law": "j2", "yield_stress": 10.0}
+    balance = run(PLATE, material=ideal, load_steps=[0.02]).balance
+    assert balance.substeps == 1
+    assert balance.unstable_points > 0
+    assert balance.unstable_from == 0.02

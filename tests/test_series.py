@@ -124,7 +124,9 @@ def test_a_resumed_run_keeps_what_was_done(tmp_path: Path) -> None:
     run(scene_from_dict(growing()), observe=FieldSeries(tmp_path, 1).observe)
     before = xr.load_dataset(tmp_path / INDEX)
     again = FieldSeries(tmp_path, 1, done=2)
-    assert {path.name for path in tmp_path.iterdir()} == {"fields_0001.nc", "fields_0002.nc"}
+    listed = xr.load_dataset(tmp_path / INDEX)
+    xr.testing.assert_identical(listed, before.isel(step=slice(2)))
+    assert {path.name for path in tmp_path.iterdir()} == {INDEX, *listed["file"].values}
 
     def observe(state: Any, record: Any) -> None:
         if len(record.steps) > 2:

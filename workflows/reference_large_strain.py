@@ -199,12 +199,14 @@ def write(path: Path, comment: str, rows: Iterable[dict[str, object]]) -> None:
             file.flush()
 
 
-ACCURACY = """\
+COLUMNS = """\
 # Columns: elongation = distance of the ends over height - 1, J [N/mm], force on the top [N/mm],
-# unknowns of the mesh, negative pivots of the tangent, smallest eigenvalue of the acoustic tensor
-# over mu at any point (negative: not elliptic), largest stretch. A curve that ends before 1 has
-# lost its stability: the last two rows are the last stable state and, if one was found, the first
-# with negative pivots. Where the acoustic tensor is negative the state depends on the mesh.
+# unknowns of the mesh, negative pivots of the tangent, smallest eigenvalue over mu of the acoustic
+# tensor N A N at any point, N a unit vector in the reference configuration (negative: not
+# elliptic), largest stretch. Where it is negative the state depends on the mesh. A curve ends where
+# no stable state follows within 1e-5 of the elongation, the largest stretch growing by a tenth at
+# most; its last rows are the last stable state and, if one was found, the next with its negative
+# pivots.
 """
 DEAD = """\
 # Dead traction [MPa] on both ends, the plate free to turn. J_linear is that of the same mesh at
@@ -214,11 +216,12 @@ DEAD = """\
 
 def main() -> None:
     """Write the tables."""
-    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    logging.basicConfig(format="%(message)s")
+    log.setLevel(logging.INFO)
     meshes = [(element, tip_size) for element in ("T3", "T6") for tip_size in (8.0, 4.0)]
     write(
         FOLDER / "large_strain_fem.csv",
-        ACCURACY,
+        COLUMNS,
         (row for law in fem.LAWS for mesh in meshes for row in elongation_rows(law, *mesh)),
     )
     write(

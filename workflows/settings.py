@@ -70,6 +70,15 @@ class Growth(_Settings):
         return {name: getattr(self, name) for name in type(self).model_fields}
 
 
+class LargeStrain(_Settings):
+    """Fig. 8 of the paper: CF against elongation, by formulation, law and grid."""
+
+    scene: str
+    variants: dict[str, dict[str, Any]] = Field(
+        min_length=1, description="values of the scene that are replaced, by dotted keys"
+    )
+
+
 class WorkPrecision(_Settings):
     """Error against run time, of cfmpm and of scikit-fem on the same grids."""
 
@@ -95,6 +104,7 @@ class Settings(_Settings):
 
     section_5_1: Section51
     growth: Growth
+    large_strain: LargeStrain
     work_precision: WorkPrecision
     scaling: Scaling
 
@@ -124,6 +134,8 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
     for study in settings.growth.studies().values():
         for replaced in study.variants.values():
             load_scene(study.scene, replaced)
+    for replaced in settings.large_strain.variants.values():
+        load_scene(settings.large_strain.scene, replaced)
     for block in (settings.work_precision, settings.scaling):
         for listed in block.series.values():
             for mesh in listed:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
@@ -45,10 +47,31 @@ def gmsh_session() -> Iterator[ModuleType]:
         ) from error
     if gmsh.isInitialized():
         raise MeshError("gmsh is in use in this process: call gmsh.finalize() first")
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    with _handlers_kept():
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         for option, value in OPTIONS.items():
             gmsh.option.setNumber(option, value)
         yield gmsh
     finally:
         gmsh.finalize()
+
+
+@contextmanager
+def _handlers_kept() -> Iterator[None]:
+    """Put what Python does on signals back in force.
+
+    gmsh.initialize sets SIGTERM, SIGHUP, SIGPIPE and others to the
+    system's default behind Python's back: `signal.getsignal` still names the handler that is not
+    called any more.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # handlers belong to the main thread
+        return
+    handlers = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            if handler not in (signal.SIG_DFL, None):
+                signal.signal(number, handler)

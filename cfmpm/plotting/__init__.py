@@ -8,6 +8,7 @@ from cfmpm.plotting.growth import (
     draw_factors,
     draw_load,
     draw_load_displacement,
+    draw_steps,
 )
 from cfmpm.plotting.mesh import Mesh, draw_cracks, draw_grid
 from cfmpm.plotting.paths import draw_paths, draw_tip_cf
@@ -29,6 +30,7 @@ __all__ = [
     "draw_paths",
     "draw_radii",
     "draw_scene",
+    "draw_steps",
     "draw_tip_cf",
     "draw_tip_forces",
     "draw_tip_points",

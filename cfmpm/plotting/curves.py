@@ -62,7 +62,7 @@ def draw_curve(
     axes.plot(
         x,
         y,
-        line,
+        linestyle=line or "none",
         color=colour,
         marker=marker,
         markersize=size,

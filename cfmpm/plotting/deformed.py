@@ -99,12 +99,12 @@ def magnification(displacement: np.ndarray, nodes: np.ndarray) -> float:
     Returns
     -------
     float
-        1, 2 or 5 times a power of ten; 1 where nothing moves.
+        1, 2 or 5 times a power of ten. Never less than 1, which it also is where nothing moves.
     """
     largest = float(np.hypot(*displacement.T).max())
     if largest == 0.0:
         return 1.0
-    wanted = SHOWN * float(np.ptp(nodes, axis=0).max()) / largest
+    wanted = max(1.0, SHOWN * float(np.ptp(nodes, axis=0).max()) / largest)
     power = 10.0 ** math.floor(math.log10(wanted))
     return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-9))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from cfmpm.accessor import new_length
 from cfmpm.body import Body
 from cfmpm.grid import Grid
 from cfmpm.loading import Loading
@@ -21,6 +22,7 @@ from cfmpm.plotting.growth import (
     draw_factors,
     draw_load,
     draw_load_displacement,
+    draw_steps,
 )
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
@@ -54,14 +56,16 @@ def save_tip_points(folder: Path, body: Body) -> list[Path]:
 
 
 def save_radii(folder: Path, history: xr.Dataset) -> list[Path]:
-    """Write radii_<tip>.png for each tip, where there are several radii."""
+    """Write radii_<tip>.png for each tip at the last step that knows it, for several radii."""
     if history.sizes["radius"] < 2:
         return []
     paths = []
     for name in history["tip"].values:
+        of_tip = history.sel(tip=name)
+        evaluated = np.flatnonzero(np.isfinite(of_tip["J"].values))
         paths.append(Path(folder) / f"radii_{name}.png")
         with picture(paths[-1], CURVE) as axes:
-            draw_radii(axes, history.isel(step=0).sel(tip=name))
+            draw_radii(axes, of_tip.isel(step=evaluated[-1]))
     return paths
 
 
@@ -92,11 +96,10 @@ def save_tip_forces(folder: Path, fields: xr.Dataset, history: xr.Dataset) -> li
 
 
 def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> list[Path]:
-    """Write paths.png, cf.png, factors.png, angles.png and energy.png.
+    """Write paths.png, cf.png, angles.png, energy.png, factors.png and load.png.
 
-    Where the load changes also load.png and, for each loaded part that moves along its force,
-    force_<part>_<axis>.png. The scene is the expanded one; the grid is drawn where a mesh file
-    takes the place of a geometry.
+    Finite deformation has no stress intensity factors, load control no change of load. The scene is
+    the expanded one; the grid is drawn where a mesh file takes the place of a geometry.
     """
     body = grid if scene.geometry is None else scene
     paths, size = [], size_around(corners_of(body), LEGEND)
@@ -105,13 +108,39 @@ def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> 
         with picture(paths[-1], size) as axes:
             draw(axes, history, body)
     curves: dict[str, Callable[[Axes, xr.Dataset], Axes]]
-    curves = {"factors": draw_factors, "angles": draw_angles, "energy": draw_energy}
-    factor = history["load_factor"].values
-    if np.nanmax(factor) > np.nanmin(factor):
+    curves = {"angles": draw_angles, "energy": draw_energy}
+    if np.isfinite(history["K_I"]).any():
+        curves["factors"] = draw_factors
+    if _load_changes(history):
         curves["load"] = draw_load
-        for part, axis in _moving_parts(history):
-            curve = partial(draw_load_displacement, boundary=part, component=axis)
-            curves[f"force_{part}_{axis}"] = curve
+    return paths + _save_curves(folder, history, curves)
+
+
+def save_steps(folder: Path, history: xr.Dataset) -> list[Path]:
+    """Write force_<part>_<axis>.png for each loaded part that moves along its force.
+
+    Of steps at several loads; where the cracks stay also steps_<tip>.png.
+    """
+    if not _load_changes(history):
+        return []
+    curves: dict[str, Callable[[Axes, xr.Dataset], Axes]] = {
+        f"force_{part}_{axis}": partial(draw_load_displacement, boundary=part, component=axis)
+        for part, axis in _moving_parts(history)
+    }
+    if not new_length(history).any():
+        curves |= {f"steps_{tip}": partial(draw_steps, tip=tip) for tip in history["tip"].values}
+    return _save_curves(folder, history, curves)
+
+
+def _load_changes(history: xr.Dataset) -> bool:
+    factor = history["load_factor"]
+    return bool(factor.max() > factor.min())
+
+
+def _save_curves(
+    folder: Path, history: xr.Dataset, curves: Mapping[str, Callable[[Axes, xr.Dataset], Axes]]
+) -> list[Path]:
+    paths = []
     for name, draw_curve in curves.items():
         paths.append(Path(folder) / f"{name}.png")
         with picture(paths[-1], CURVE) as axes:

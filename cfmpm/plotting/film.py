@@ -49,8 +49,8 @@ def animate_growth(
 
     Raises
     ------
-    FileNotFoundError
-        Where a folder holds no fields by step.
+    SceneError
+        Where a folder holds no fields by step, or those of another run than its history.
     """
     if isinstance(frames, str | Path):
         frames = list_fields(Path(frames))

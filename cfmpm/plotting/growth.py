@@ -18,6 +18,7 @@ from cfmpm.results import TIP_STATUS
 
 # Colour and dashes both differ, so that the parts are told apart without colour too.
 PARTS = {
+    "none": (BLACK, "-", "no growth"),
     "stable": (BLUE, "-", "stable: the load rises"),
     "unstable": (ORANGE, (0, (5, 1.5)), "unstable: the load falls"),
     "snap_back": (VERMILLION, (0, (1.5, 1)), "snap-back"),
@@ -28,13 +29,12 @@ PARTS = {
 def draw_load_displacement(
     axes: Axes, history: xr.Dataset, boundary: str, component: str | None = None
 ) -> Axes:
-    """Draw force against displacement of a loaded part, with its stable and unstable parts.
+    """Draw force against displacement of a loaded part, by what the cracks do meanwhile.
 
     Parameters
     ----------
     axes : Axes
     history : xarray.Dataset
-        Of a growth run.
     boundary : str
         Name of the loaded part.
     component : {"x", "y"}, optional
@@ -43,8 +43,8 @@ def draw_load_displacement(
     Returns
     -------
     Axes
-        Force and displacement are positive along the first force. The way from the origin to the
-        first growth is that of the body with its initial cracks.
+        Force and displacement are positive along the first force. Where cracks grow, stable and
+        unstable parts are told apart.
     """
     part = history.sel(boundary=boundary)
     if component is None:
@@ -52,8 +52,10 @@ def draw_load_displacement(
     force, motion = part[f"reaction_{component}"].values, part[f"displacement_{component}"].values
     sense = -1.0 if force[0] < 0.0 else 1.0
     points = sense * np.column_stack([motion, force])
-    axes.plot(*np.array([(0.0, 0.0), points[0]]).T, color=BLACK, lw=1.1, label="no growth")
-    _draw_parts(axes, history, points)
+    colour, dashes, label = PARTS["none"]
+    start = np.array([(0.0, 0.0), points[0]])
+    axes.plot(*start.T, color=colour, ls=dashes, lw=1.6, label=label)
+    _draw_parts(axes, history, points, {"none"})
     direction = f"{'-' if sense < 0.0 else ''}{component}"
     axes.set_xlabel(f"displacement of {boundary} along {direction} [mm]")
     axes.set_ylabel(f"force along {direction} [N/mm]")
@@ -75,7 +77,8 @@ def draw_load(axes: Axes, history: xr.Dataset) -> Axes:
     Axes
     """
     solved = history.isel(step=np.flatnonzero(np.isfinite(history["load_factor"].values)))
-    _draw_parts(axes, solved, np.column_stack([new_length(solved), solved["load_factor"]]))
+    points = np.column_stack([new_length(solved), solved["load_factor"]])
+    _draw_parts(axes, solved, points, set())
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("growth of all cracks together [mm]")
     axes.set_ylabel("load factor [1]")
@@ -83,11 +86,11 @@ def draw_load(axes: Axes, history: xr.Dataset) -> Axes:
     return axes
 
 
-def _draw_parts(axes: Axes, history: xr.Dataset, points: Floats) -> None:
-    """Draw a curve over the steps, each part in the manner of its stability."""
+def _draw_parts(axes: Axes, history: xr.Dataset, points: Floats, named: set[str]) -> None:
+    """Draw a curve over the steps, each part as what the cracks do; some are named already."""
     flags = history["stability"]
     parts = np.array(flags.attrs["flag_meanings"].split())[flags.values[:-1]]
-    named: set[str] = set()
+    parts = np.where(np.diff(new_length(history)) > 0.0, parts, "none")
     for first, last in _runs(parts):
         colour, dashes, label = PARTS[parts[first]]
         shown = "_" if parts[first] in named else label
@@ -101,6 +104,29 @@ def _runs(words: NDArray[np.str_]) -> list[tuple[int, int]]:
     ends = np.flatnonzero(words[1:] != words[:-1]) + 1
     bounds = [0, *ends.tolist(), len(words)]
     return [(a, b) for a, b in pairwise(bounds) if b > a]
+
+
+def draw_steps(axes: Axes, history: xr.Dataset, tip: str) -> Axes:
+    """Draw J and the norm of CF at a tip against the load factor.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of several load steps.
+    tip : str
+
+    Returns
+    -------
+    Axes
+    """
+    of_tip = history.sel(tip=tip)
+    for style, (name, label) in enumerate({"J": "J", "cf_norm": "|CF|"}.items()):
+        draw_curve(axes, of_tip["load_factor"], of_tip[name], label, style, hollow=style == 1)
+    axes.set_xlabel("load factor [1]")
+    axes.set_ylabel(f"energy release rate, force at {tip} [N/mm]")
+    axes.legend()
+    return axes
 
 
 def draw_factors(axes: Axes, history: xr.Dataset) -> Axes:
@@ -160,6 +186,8 @@ def _draw_along_paths(axes: Axes, history: xr.Dataset, named: dict[str, str]) ->
             named.items(), ("-", "--"), (colour, "none"), strict=True
         ):
             values, label = of_tip[key].values[runs], f"{name}: {called}"
+            if np.isnan(values).all():  # finite deformation has no K
+                continue
             axes.plot(grown[runs], values, dashes, mfc=inside, label=label, **line)
     axes.set_xlabel("growth of the tip along its path [mm]")
 

@@ -117,10 +117,12 @@ def draw_radii(axes: Axes, history: xr.Dataset) -> Axes:
     """
     order = np.argsort(history["domain_radius"].values)
     at = history.isel(radius=order)
-    for style, (name, label) in enumerate(
-        {"G_radius": "G from K_I and K_II", "J_radius": "J", "cf_norm_radius": "|CF|"}.items()
-    ):
+    curves = {"G_radius": "G from K_I and K_II", "J_radius": "J", "cf_norm_radius": "|CF|"}
+    if np.isnan(at["K_I_radius"]).all():
+        del curves["G_radius"]  # which is J at finite deformation
+    for style, (name, label) in enumerate(curves.items()):
         draw_curve(axes, at["domain_radius"], at[name], label, style)
+    axes.set_title(f"step {int(at['step'])}, load factor {float(at['load_factor']):.4g}")
     axes.set_xlabel("radius of the domain [mm]")
     axes.set_ylabel("energy release rate, force [N/mm]")
     axes.ticklabel_format(axis="y", useOffset=False)

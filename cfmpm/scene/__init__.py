@@ -5,6 +5,7 @@ from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import body_polygon, snap, tip_points
 from cfmpm.scene.model import Scene
 from cfmpm.scene.reading import (
+    changed_keys,
     config_hash,
     effective_config,
     load_scene,
@@ -16,6 +17,7 @@ from cfmpm.scene.reading import (
 __all__ = [
     "Scene",
     "body_polygon",
+    "changed_keys",
     "config_hash",
     "effective_config",
     "expand",

@@ -6,8 +6,10 @@ Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is r
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -162,8 +164,15 @@ class MeshFile(Model):
     folder: str = Field(
         ".", description="where a relative path starts: itself relative to the scene file"
     )
+    sha256: str | None = Field(
+        None, description="of what is in the file: filled in as the scene is read"
+    )
     cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
     regions: list[Region] = Field([], description="materials of physical surfaces")
+
+    def digest(self) -> str:
+        """SHA-256 of what is in the file now."""
+        return hashlib.sha256(Path(self.path).read_bytes()).hexdigest()
 
     @property
     def path(self) -> str:
@@ -466,6 +475,37 @@ class Fatigue(Model):
     )
 
 
+class Updated(Model):
+    """How the updated Lagrangian formulation resets its grid."""
+
+    grid: Literal["fixed", "following"] = Field(
+        "fixed",
+        description="fixed: back to where it was after every load step, as the paper does; "
+        "following: boundary, crack faces and tips stay with the material, and the inside is "
+        "smoothed where its triangles become bad",
+    )
+    integration: Literal["points", "domains"] = Field(
+        "points",
+        description="points: each material point where it is, with its volume, as the paper does; "
+        "domains: by the exact parts of its domain in the triangles of the grid",
+    )
+    ghost: Annotated[Number, Field(ge=0)] = Field(
+        0.0,
+        description="stabilisation of triangles that hold little material: this times E h^2 times "
+        "the squared jump of the normal gradient across their sides; 0.1 is enough",
+    )
+    smooth_below: Annotated[Number, Field(ge=0, le=1)] = Field(
+        0.2,
+        description="quality of a triangle of a following grid below which it is smoothed: 1 is "
+        "equilateral, 0 flat; 1 smooths after every step, 0 never",
+    )
+    margin: Length | None = Field(
+        None,
+        description="of a fixed grid around the body, into which it may move [mm]; default from "
+        "the prescribed displacement",
+    )
+
+
 class Output(Model):
     """What is written besides the history."""
 
@@ -496,8 +536,14 @@ class Scene(Model):
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
-        "auto: small, unless that would change the energy by more than 1e-3",
+        "auto: small, unless finite would change the energy by more than 1 % (finite_effect)",
     )
+    formulation: Literal["total", "updated"] = Field(
+        "total",
+        description="total: all is in the reference configuration; updated: the grid is reset "
+        "after every load step, as the paper does",
+    )
+    updated: Updated = Field(Updated(), description="how, with formulation: updated")
     loads: list[Load] = []
     load_steps: Annotated[
         Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]

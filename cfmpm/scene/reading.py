@@ -95,13 +95,22 @@ def config_hash(scene: Scene) -> str:
 
     A mesh file counts by what is in it, wherever it lies.
     """
+    text = json.dumps(_content(scene), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def changed_keys(one: Scene, other: Scene) -> list[str]:
+    """Name the top-level keys in which two scenes differ."""
+    a, b = _content(one), _content(other)
+    return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
+
+
+def _content(scene: Scene) -> dict[str, Any]:
+    """The effective config without where a mesh file lies."""
     config = effective_config(scene)
     if scene.mesh_file is not None:
         del config["mesh_file"]["file"], config["mesh_file"]["folder"]
-        content = Path(scene.mesh_file.path).read_bytes()
-        config["mesh_file"]["sha256"] = hashlib.sha256(content).hexdigest()
-    text = json.dumps(config, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
+    return config
 
 
 def scene_from_document(document: Document, folder: Path) -> Scene:
@@ -133,4 +142,7 @@ def scene_from_document(document: Document, folder: Path) -> Scene:
     found = [(parse_key(key), reason) for key, reason in broken_rules(scene)]
     if found:
         raise document.error(found)
+    if scene.mesh_file is not None:
+        mesh_file = scene.mesh_file.model_copy(update={"sha256": scene.mesh_file.digest()})
+        scene = scene.model_copy(update={"mesh_file": mesh_file})
     return scene

@@ -9,7 +9,7 @@ from itertools import chain
 
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body
-from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene
+from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
 from cfmpm.scene.rules_load import (
@@ -39,6 +39,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *_refinement(scene),
             *_fatigue(scene),
             *_kinematics(scene, "mesh_file", scene.mesh_file.regions),
+            *_formulation(scene),
         ]
     whole = expand(scene)
     geometry = whole.geometry
@@ -47,6 +48,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     found += [*contradictions(whole), *swallowed_loads(whole)]
     found += [*_toughness(scene, "geometry", geometry.regions), *_refinement(scene)]
     found += [*_fatigue(scene), *_kinematics(scene, "geometry", geometry.regions)]
+    found += _formulation(scene)
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
@@ -66,6 +68,8 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
         yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
     elif not os.path.isfile(mesh_file.path):
         yield "mesh_file.file", f"no such file: {mesh_file.path}"
+    elif mesh_file.sha256 not in (None, mesh_file.digest()):
+        yield "mesh_file.file", f"is not what it was when sha256 was taken: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
     yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
     for i, region in enumerate(mesh_file.regions):
@@ -138,6 +142,8 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
     plastic = [part for part, material in parts.items() if material.law == "j2"]
     if plastic and scene.kinematics != "finite":
         yield f"{plastic[0]}material.law", "j2 needs kinematics: finite"
+    if plastic and scene.updated.integration == "domains":
+        yield "updated.integration", "domains average the state of a point: j2 needs points"
     if scene.growth is not None and scene.growth.control != "load":
         control = scene.growth.control
         if scene.kinematics == "finite":
@@ -164,6 +170,34 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
                 f"{scene.growth.direction} needs K_I and K_II, which finite deformation does not "
                 "have: it needs cf",
             )
+
+
+def _formulation(scene: Scene) -> Iterator[Finding]:
+    """What a grid that is reset does not go with."""
+    default = Updated()
+    if scene.formulation == "total":
+        if scene.updated != default:
+            yield "updated", "needs formulation: updated; total resets no grid"
+        return
+    if scene.kinematics != "finite":
+        yield "formulation", "updated needs kinematics: finite; at small strain no grid is reset"
+    if scene.growth is not None:
+        yield "formulation", "updated does not go with growth; cracks grow under total"
+    if scene.mesh.element != "T3":
+        if scene.updated.ghost:
+            yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"
+        for key, needing in (("grid", "following"), ("integration", "domains")):
+            if getattr(scene.updated, key) == needing:
+                yield (
+                    f"updated.{key}",
+                    f"{needing} needs mesh.element: T3, whose sides stay straight; T6 goes with "
+                    "grid: fixed and integration: points",
+                )
+    fits = {"margin": "fixed", "smooth_below": "following"}
+    for key, grid in fits.items():
+        other = getattr(scene.updated, key) != getattr(default, key)
+        if other and scene.updated.grid != grid:
+            yield f"updated.{key}", f"needs updated.grid: {grid}"
 
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:

@@ -206,8 +206,8 @@ def _attributes(plan: Plan) -> dict[str, Any]:
     return {
         **origin(study.name, study.description or f"Parameter study {study.name}", "study"),
         "comment": "study and base are JSON text; no number depends on the number of processes",
-        "study": json.dumps(study.model_dump(mode="json", exclude_defaults=True), sort_keys=True),
-        "base": json.dumps(plan.base, sort_keys=True),
+        "study": json.dumps(study.model_dump(mode="json", exclude_defaults=True)),
+        "base": json.dumps(plan.base),
         "program": program_hash(),
     }
 

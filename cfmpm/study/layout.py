@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 from cfmpm.results import OF_FATIGUE, VARIABLES
@@ -69,9 +68,10 @@ def described(scene: Scene, key: str) -> dict[str, str]:
             here = here[part]
         else:
             return attributes
-    meaning, units = re.fullmatch(r"(.*?)(?:\s*\[([^\[\]]*)\])?", text, re.DOTALL).groups()  # type: ignore[union-attr]
-    if meaning:
-        attributes["long_name"] = meaning
-    if units:
-        attributes["units"] = units
+    # As in "element size [mm]; default from the body".
+    meaning, _, rest = text.partition("[")
+    if meaning.strip():
+        attributes["long_name"] = meaning.strip()
+    if "]" in rest:
+        attributes["units"] = rest.partition("]")[0]
     return attributes

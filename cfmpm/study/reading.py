@@ -168,9 +168,15 @@ def label(axes: tuple[Axis, ...], index: tuple[int, ...], values: Mapping[str, A
     """What a member is called: its parameters, and which sample it is."""
     texts = []
     for axis, i in zip(axes, index, strict=True):
-        inner = ", ".join(f"{name}={shown(values[name])}" for name in axis.values)
+        inner = ", ".join(f"{name}={_short(values[name])}" for name in axis.values)
         texts.append(f"{SAMPLE}={i} ({inner})" if axis.name == SAMPLE else inner)
     return ", ".join(texts)
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}" if isinstance(value, float) else shown(value)
 
 
 def _placed(problem: Problem, called: str, document: Document) -> Problem:

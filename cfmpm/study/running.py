@@ -73,20 +73,22 @@ def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
     if len(jobs) > 1 and workers > 1 and not _compiled():
         jobs.extendleft((yield from _pooled(deque([jobs.popleft()]), 1)))
     while jobs:
-        lost = yield from _pooled(jobs, min(workers, len(jobs)))
+        lost = deque((yield from _pooled(jobs, min(workers, len(jobs)))))
         # A process died: what was under way is tried again one by one, to find out on which.
-        for job in lost:
-            for key, _ in (yield from _pooled(deque([job]), 1)):
+        while lost:
+            for key, _ in (yield from _pooled(lost, 1, ahead=1)):
                 yield Outcome(key, "its process died; not enough memory?", lasting=False)
 
 
-def _pooled(jobs: deque[Job], workers: int) -> Generator[Outcome, None, list[Job]]:
+def _pooled(
+    jobs: deque[Job], workers: int, ahead: int = AHEAD
+) -> Generator[Outcome, None, list[Job]]:
     """Solve members until all are done or a process dies; returns those under way when it died."""
     running: dict[Future[Outcome], Job] = {}
     with _pool(workers) as pool:
         try:
             while jobs or running:
-                while jobs and len(running) < AHEAD * workers:
+                while jobs and len(running) < ahead * workers:
                     running[pool.submit(solve, *jobs[0])] = jobs[0]
                     jobs.popleft()
                 for future in wait(running, return_when=FIRST_COMPLETED).done:

@@ -144,7 +144,7 @@ def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
         Default: all.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             wanted = [name for name in file.files if keys is None or name in keys]
             if not wanted:
                 return []
@@ -155,7 +155,7 @@ def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
             return [_outcome(key, text, file[key]) for key in wanted]
     except FileNotFoundError:
         raise
-    except (BadZipFile, OSError, ValueError, KeyError):
+    except (BadZipFile, EOFError, OSError, ValueError, KeyError):
         return []
 
 

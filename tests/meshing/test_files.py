@@ -1,13 +1,20 @@
 from __future__ import annotations
 
+import json
+
 import gmsh
 import numpy as np
 import pytest
 from meshing_scenes import STEEL, areas, as_set, assert_sound, lengths
 
+from cfmpm.checkpoint import read_checkpoint
 from cfmpm.errors import SceneError
+from cfmpm.folder import CHECKPOINT
+from cfmpm.keeper import Keeper
 from cfmpm.meshing import mesh_size, resolved_grading, triangulate
+from cfmpm.scene import changed_keys, scene_from_dict
 from cfmpm.scene.model import Scene
+from cfmpm.simulation import run
 
 
 def write(
@@ -243,3 +250,47 @@ def test_a_crack_must_be_one_line(tmp_path, lines):
     loads = [{"body_force": (0, 1)}]
     reasons = refusals(scene_of(path, cracks=["curve_5"], loads=loads))
     assert "not a single line" in reasons["mesh_file.cracks[0]"]
+
+
+def test_a_run_goes_on_without_its_file_and_not_with_another_one(tmp_path, monkeypatch):
+    """The grid is in the checkpoint; the scene knows its file by what was in it."""
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.msh")
+    data = {
+        "name": "halves",
+        "mesh_file": {"file": "a.msh", "cracks": ["slit"]},
+        "material": {**STEEL, "g_c": 1.0},
+        "loads": [
+            {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
+            {"edge": "top", "traction": [0, 10]},
+        ],
+        "growth": {"control": "crack", "increments": 4},
+    }
+    scene = scene_from_dict(data)
+    keeper = Keeper(tmp_path)
+
+    class StopHereError(Exception):
+        pass
+
+    def observe(state, record):
+        keeper.observe(state, record)
+        if len(record.steps) == 3:
+            raise StopHereError
+
+    with pytest.raises(StopHereError):
+        run(scene, observe=observe)
+    keeper.write("stopped")
+    whole = run(scene)
+    (tmp_path / "a.msh").unlink()
+    start = read_checkpoint(tmp_path / CHECKPOINT)
+    history = run(start.record.scene, start=start).history
+    assert history.attrs["config_hash"] == whole.history.attrs["config_hash"]
+    for name in ("tip_x", "K_I", "load_factor"):
+        np.testing.assert_array_equal(history[name], whole.history[name])
+    config = json.loads(history.attrs["config"])
+    with pytest.raises(SceneError, match="no such file"):
+        scene_from_dict(config)
+    write(tmp_path / "a.msh", clockwise=True)
+    with pytest.raises(SceneError, match="not what it was when sha256 was taken"):
+        scene_from_dict(config)
+    assert changed_keys(scene, scene_from_dict(data)) == ["mesh_file"]

@@ -65,3 +65,20 @@ def test_a_failure_of_gmsh_says_what_to_change(monkeypatch):
 def test_meshing_is_silent(capfd):
     triangulate(plate())
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_reader_that_goes_away_does_not_end_the_process():
+    code = (
+        "import os\n"
+        "from cfmpm.meshing.session import gmsh_session\n"
+        "with gmsh_session():\n"
+        "    pass\n"
+        "reader, writer = os.pipe()\n"
+        "os.close(reader)\n"
+        "try:\n"
+        "    os.write(writer, b'x')\n"
+        "except BrokenPipeError:\n"
+        "    print('told')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "told\n")

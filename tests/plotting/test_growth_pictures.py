@@ -24,10 +24,12 @@ from cfmpm.plotting import (
     draw_load,
     draw_load_displacement,
     draw_paths,
+    draw_steps,
     draw_tip_cf,
 )
-from cfmpm.plotting.files import save_growth
+from cfmpm.plotting.files import save_growth, save_steps
 from cfmpm.plotting.growth import PARTS
+from cfmpm.plotting.style import BLACK
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene import expand, scene_from_dict
 from cfmpm.simulation import run
@@ -63,6 +65,7 @@ def history_of(flags: list[int], force: list[float], motion: list[float]) -> xr.
             "tip_x": (("step", "tip"), x),
             "tip_y": (("step", "tip"), np.zeros((n, 2))),
             "tip_status": (("step", "tip"), status),
+            "load_factor": ("step", np.linspace(1.0, 2.0, n)),
             "kink_angle": (("step", "tip"), angle),
             "cf_angle": (("step", "tip"), -angle),
             "stability": ("step", flags, {"flag_meanings": " ".join(reversed(PARTS))}),
@@ -138,9 +141,34 @@ def test_a_part_that_comes_back_is_named_once(axes: Axes, history: xr.Dataset) -
     assert len(labels) == len(set(labels)) == 3
 
 
+def test_load_steps_come_before_growth(axes: Axes, history: xr.Dataset) -> None:
+    waiting = history.copy(deep=True)
+    waiting["tip_x"][1] = waiting["tip_x"][0]  # nothing grows in the first step
+    draw_load_displacement(axes, waiting, "top")
+    shown = lines(axes)
+    before = [line.get_xydata().tolist() for line in axes.lines if line.get_color() == BLACK]
+    assert before[:2] == [[[0, 0], [0.1, 1.0]], [[0.1, 1.0], [0.2, 1.5]]]
+    np.testing.assert_allclose(shown[PARTS["stable"][2]], [[0.2, 1.5], [0.3, 2]])
+
+
+def test_j_of_load_steps(axes: Axes, history: xr.Dataset) -> None:
+    tips = ("step", "tip")
+    j = np.arange(10.0).reshape(5, 2)
+    draw_steps(axes, history.assign(J=(tips, j), cf_norm=(tips, j + 1.0)), "right")
+    shown = lines(axes)
+    assert shown["J"][:, 1].tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
+    np.testing.assert_allclose(shown["|CF|"][:, 0], np.linspace(1.0, 2.0, 5))
+
+
+def test_finite_deformation_has_no_kink_angle(axes: Axes, history: xr.Dataset) -> None:
+    history["kink_angle"][:] = np.nan
+    draw_angles(axes, history)
+    assert not any("hoop" in label for label in lines(axes))
+
+
 def test_one_state_alone_can_be_drawn(axes: Axes, history: xr.Dataset) -> None:
     draw_load_displacement(axes, history.isel(step=[0]), "top")
-    assert set(axes.get_legend_handles_labels()[1]) == {"no growth"}
+    np.testing.assert_allclose(axes.lines[0].get_xydata(), [[0, 0], [0.1, 1.0]])
 
 
 def test_angles_stand_where_the_tip_ran(axes: Axes, history: xr.Dataset) -> None:
@@ -202,7 +230,8 @@ def test_a_film_of_nothing_says_what_makes_fields(tmp_path: Path) -> None:
 def test_forces_are_drawn_of_the_parts_that_move(tmp_path: Path) -> None:
     result = run(scene_from_dict(SCENE))
     paths = save_growth(tmp_path, result.history, result.scene, result.grid)
-    names = ["paths", "cf", "factors", "angles", "energy", "load", "force_top_y"]
+    paths += save_steps(tmp_path, result.history)
+    names = ["paths", "cf", "angles", "energy", "factors", "load", "force_top_y"]
     assert [path.name for path in paths] == [f"{name}.png" for name in names]
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in paths}
 

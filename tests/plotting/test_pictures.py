@@ -155,14 +155,20 @@ def test_what_the_domains_give_by_radius(axes: Axes) -> None:
             "G_radius": [1.4, 1.1, 1.2],
             "J_radius": [2.4, 2.1, 2.2],
             "cf_norm_radius": [3.4, 3.1, 3.2],
+            "K_I_radius": [5.0, 5.0, 5.0],
         }.items()
     }
-    draw_radii(axes, xr.Dataset(by_radius))
+    at = xr.Dataset(by_radius, {"step": 3, "load_factor": 0.5})
+    draw_radii(axes, at)
     shown = {str(line.get_label()): line.get_xydata().tolist() for line in axes.lines}
     assert shown["J"] == [[1.0, 2.1], [2.0, 2.2], [4.0, 2.4]]
     assert shown["|CF|"] == [[1.0, 3.1], [2.0, 3.2], [4.0, 3.4]]
+    assert axes.get_title() == "step 3, load factor 0.5"
     assert axes.get_xlabel().endswith("[mm]")
     assert axes.get_ylabel().endswith("[N/mm]")
+    axes.clear()
+    draw_radii(axes, at.assign(K_I_radius=("radius", [np.nan] * 3)))
+    assert {str(line.get_label()) for line in axes.lines} == {"J", "|CF|"}
 
 
 def test_loads_and_supports_of_a_scene(axes: Axes, result: Result) -> None:
@@ -228,7 +234,7 @@ def test_a_mesh_from_fields_is_that_of_the_grid(result: Result, fields: xr.Datas
 
 
 @pytest.mark.parametrize(
-    ("largest", "factor"), [(5.0, 1.0), (0.5, 10.0), (0.26, 10.0), (0.02, 200.0), (50.0, 0.1)]
+    ("largest", "factor"), [(5.0, 1.0), (0.5, 10.0), (0.26, 10.0), (0.02, 200.0), (50.0, 1.0)]
 )
 def test_magnification_is_a_round_number(largest: float, factor: float) -> None:
     nodes = np.array([[0.0, 0.0], [100.0, 40.0]])

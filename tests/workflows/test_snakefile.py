@@ -21,6 +21,24 @@ def test_dry_run_is_quick(snakemake, target):
     assert spent < 5.0
 
 
+def jobs(done):
+    """How many jobs of each rule a dry run plans, targets left out."""
+    rows = [line.split() for line in done.stdout.splitlines() + done.stderr.splitlines()]
+    pairs = [row for row in rows if len(row) == 2 and row[1].isdecimal()]
+    found = {name: int(number) for name, number in pairs if not name.endswith(":")}
+    for target in ("total", "all", *TARGETS):
+        found.pop(target, None)
+    return found
+
+
+def test_a_bare_call_reproduces_the_paper_by_few_jobs(snakemake):
+    bare = jobs(snakemake("--dry-run", "--forceall"))
+    assert bare == jobs(snakemake("reproduce-paper", "--dry-run", "--forceall"))
+    assert {"warm_up", "growth", "section_5_1", "overview"} <= bare.keys()
+    # Starting Python takes two seconds: what takes less shares its process with others.
+    assert sum(bare.values()) < 20
+
+
 def test_dry_run_loads_neither_numba_nor_gmsh(root):
     program = (
         "import sys\n"

@@ -12,6 +12,8 @@ from typing import Any
 
 from workflows.paper.table import Claim, html_page, html_table, read_table, write_text
 
+# Beside a figure; by what a claim was decided stands in the table of all.
+BESIDE = ("claim", "paper", "reference", "cfmpm", "error", "held")
 CAPTIONS = Path(__file__).parents[1] / "report"
 # In which order verdicts are counted, and what they are called then.
 VERDICTS = {"yes": "held", "in part": "held in part", "no": "did not hold", "misprint": "misprints"}
@@ -26,7 +28,7 @@ def write_overview(
     ----------
     sections : mapping of str to mapping
         By title: ``figures``, paths of PNG files by their numbers in the paper, and ``benchmarks``,
-        what Snakemake has measured of the jobs behind them.
+        the files of what Snakemake has measured of the jobs behind them, by their names.
     tables : mapping of str to Path
         By title: CSV files of `table.write_table`.
     page : Path
@@ -67,7 +69,7 @@ def _summary(claims: Sequence[Claim]) -> str:
 def _found(claim: Claim) -> str:
     """What was found against what was said, in a line."""
     told = [("paper", claim.paper), ("reference", claim.reference), ("here", claim.cfmpm)]
-    told += [("error", claim.error), ("test", claim.test)]
+    told.append(("error", claim.error))
     return "; ".join(f"{who}: {what}" for who, what in told if what)
 
 
@@ -78,17 +80,17 @@ def _figure(number: str, picture: Path, claims: Sequence[Claim]) -> str:
     return (
         f'<figure id="{picture.stem}">\n<img alt="Fig. {html.escape(number)}" '
         f'src="data:image/png;base64,{inside}">\n<figcaption><b>Fig. {html.escape(number)}.</b> '
-        f"{html.escape(' '.join(caption.split()))}\n{html_table(claims) if claims else ''}"
+        f"{html.escape(' '.join(caption.split()))}\n{html_table(claims, BESIDE) if claims else ''}"
         "</figcaption>\n</figure>\n"
     )
 
 
-def _time(benchmarks: Sequence[str | Path]) -> str:
+def _time(benchmarks: Mapping[str, str | Path]) -> str:
     """Wall time of the jobs of a section."""
     seconds = {}
-    for path in benchmarks:
+    for job, path in benchmarks.items():
         with Path(path).open(newline="", encoding="utf-8") as file:
             (row,) = csv.DictReader(file, delimiter="\t")
-        seconds[Path(path).stem] = float(row["s"])
-    each = ", ".join(f"{name} {s:.0f} s" for name, s in seconds.items())
+        seconds[job] = float(row["s"])
+    each = ", ".join(f"{job} {s:.0f} s" for job, s in seconds.items())
     return f"Wall time: {sum(seconds.values()):.0f} s ({html.escape(each)})."

@@ -86,13 +86,13 @@ def write_text(text: str, path: str | Path) -> None:
         aside.write_text(text, encoding="utf-8")
 
 
-def html_table(claims: Iterable[Claim]) -> str:
+def html_table(claims: Iterable[Claim], columns: Sequence[str] = SHOWN) -> str:
     """Return claims as an HTML table, one row each below a head."""
     rows = "".join(
-        f'<tr class="{claim.verdict.replace(" ", "-")}">{_row(_cells(claim), "td")}</tr>\n'
+        f'<tr class="{claim.verdict.replace(" ", "-")}">{_row(_cells(claim, columns), "td")}</tr>\n'
         for claim in claims
     )
-    return f"<table>\n<tr>{_row(SHOWN, 'th')}</tr>\n{rows}</table>\n"
+    return f"<table>\n<tr>{_row(columns, 'th')}</tr>\n{rows}</table>\n"
 
 
 def html_page(title: str, body: str) -> str:
@@ -104,8 +104,8 @@ def html_page(title: str, body: str) -> str:
     )
 
 
-def _cells(claim: Claim) -> list[str]:
-    return [getattr(claim, name) for name in SHOWN]
+def _cells(claim: Claim, columns: Sequence[str] = SHOWN) -> list[str]:
+    return [getattr(claim, name) for name in columns]
 
 
 def _row(cells: Iterable[str], tag: str) -> str:
@@ -121,7 +121,8 @@ tr.yes td:first-child { border-left: 6px solid #009e73; }
 tr.in-part td:first-child { border-left: 6px solid #e69f00; }
 tr.no td:first-child { border-left: 6px solid #d55e00; }
 tr.misprint td:first-child { border-left: 6px solid #56b4e9; }
-figure { margin: 1em 0 2em; display: flex; flex-wrap: wrap; gap: 1em; align-items: flex-start; }
-figure img { flex: 1 1 460px; max-width: 760px; min-width: 0; width: 100%; }
-figcaption { flex: 1 1 460px; min-width: 0; }
+figure { margin: 1em 0 2em; display: grid; gap: 1em; align-items: start; }
+figure img { width: 100%; }
+@media (min-width: 1000px) { figure { grid-template-columns: 2fr 3fr; } }
+figcaption table { font-size: 12px; }
 """

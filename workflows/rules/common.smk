@@ -25,6 +25,7 @@ onstart:
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "growth.yaml")
+configfile: str(ROOT / "configs" / "workflow" / "large_strain.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "work_precision.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
 
@@ -73,7 +74,7 @@ def contribute(section, numbers, jobs):
     """Add figures of the paper and the jobs that are timed."""
     SECTIONS[section] = {
         "figures": {n: f"results/paper/fig{n}.png" for n in numbers},
-        "benchmarks": [f"results/benchmarks/{name}.tsv" for name in jobs],
+        "benchmarks": {name: f"results/benchmarks/{name}.tsv" for name in jobs},
     }
 
 

@@ -4,14 +4,16 @@
 rule overview:
     input:
         figures=[path for s in SECTIONS.values() for path in s["figures"].values()],
-        benchmarks=[path for s in SECTIONS.values() for path in s["benchmarks"]],
+        benchmarks=[
+            path for s in SECTIONS.values() for path in s["benchmarks"].values()
+        ],
         tables=list(CLAIMS.values()),
         code=["workflows/paper/overview.py", "workflows/paper/table.py"],
     output:
         page=report(
             "results/paper/overview.html",
             caption="../report/overview.rst",
-            category="Overview",
+            category="5 All figures and claims",
             labels={"figure": "all", "shows": "figures beside claims, every claim"},
         ),
     log:

@@ -79,4 +79,4 @@ rule section_5_1:
 
 
 contribute(STATIONARY, [4, 5, 6, 7], ["section_5_1_data", "section_5_1"])
-CLAIMS["5.1"] = rules.section_5_1.output.table
+CLAIMS["5.1"] = f"{S51}.csv"

@@ -1,0 +1,71 @@
+"""Laplacian smoothing of the nodes of bad triangles, where it makes them better."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cfmpm._jit import kernel
+
+
+@kernel
+def worst_quality(nodes, triangles, half_edges, x, y):
+    """Return the least quality of triangles around a node, were it at (x, y)."""
+    worst = math.inf
+    for h in half_edges:
+        t, k = h // 3, h % 3
+        b, c = triangles[t, (k + 1) % 3], triangles[t, (k + 2) % 3]
+        ux, uy = nodes[b, 0] - x, nodes[b, 1] - y
+        vx, vy = nodes[c, 0] - x, nodes[c, 1] - y
+        wx, wy = vx - ux, vy - uy
+        squares = ux * ux + uy * uy + vx * vx + vy * vy + wx * wx + wy * wy
+        worst = min(worst, 2.0 * math.sqrt(3.0) * (ux * vy - uy * vx) / squares)
+    return worst
+
+
+@kernel
+def smooth(nodes, triangles, offsets, half_edges, movable, least, sweeps):
+    """Move nodes of bad triangles to the mean of their neighbours, where that helps.
+
+    Parameters
+    ----------
+    nodes : (n, 2) float
+        Changed in place [mm].
+    triangles : (m, 3) int
+    offsets, half_edges
+        From `topology.node_stars`.
+    movable : (n,) bool
+        Nodes inside the body that may move.
+    least : float
+        Quality, 4 sqrt(3) area over the sum of squared sides, below which a triangle is bad.
+    sweeps : int
+        Over all nodes, at most.
+
+    Returns
+    -------
+    (n,) bool
+        Which have moved: the worst triangle of each of them is better than before.
+    """
+    moved = np.zeros(len(nodes), np.bool_)
+    for _ in range(sweeps):
+        done = True
+        for i in range(len(nodes)):
+            if not movable[i]:
+                continue
+            star = half_edges[offsets[i] : offsets[i + 1]]
+            worst = worst_quality(nodes, triangles, star, nodes[i, 0], nodes[i, 1])
+            if worst >= least:
+                continue
+            x = y = 0.0
+            for h in star:
+                neighbour = triangles[h // 3, (h + 1) % 3]
+                x += nodes[neighbour, 0] / len(star)
+                y += nodes[neighbour, 1] / len(star)
+            if worst_quality(nodes, triangles, star, x, y) > worst:
+                nodes[i, 0], nodes[i, 1] = x, y
+                moved[i] = True
+                done = False
+        if done:
+            break
+    return moved

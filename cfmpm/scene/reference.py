@@ -1,0 +1,132 @@
+"""The reference of scene files, from their schema: ``python -m cfmpm.scene.reference``."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from cfmpm.scene.quantities import LARGEST_LENGTH
+from cfmpm.scene.schema import schema
+
+_INTRODUCTION = """\
+# Scene files
+
+A scene is a YAML file. This page is made from the models that read it; do not edit it, but run
+`python -m cfmpm.scene.reference > docs/scene.md`.
+
+Lengths are in mm, stresses in MPa, forces in N per mm of thickness. A *name* begins with a letter
+and goes on with letters, digits, `_` and `-`; a *point* is two coordinates in brackets, such as
+`[0, 10]`, and so is a *vector*. A key that is not listed is an error. On the command line
+`--set mesh.size=5` replaces the value of a key, and `cfmpm check` says what a scene means.
+"""
+
+
+def reference_text() -> str:
+    """The page as it stands in docs/scene.md."""
+    whole = schema()
+    models = {"Scene": whole, **whole["$defs"]}
+    names = dict.fromkeys(_reached("Scene", models))
+    return "\n".join([_INTRODUCTION, *(_section(name, models[name]) for name in names)])
+
+
+def _reached(name: str, models: dict[str, Any]) -> Iterator[str]:
+    """A model and those that its keys take, in the order in which a reader meets them."""
+    yield name
+    for other in _references(models[name]["properties"]):
+        yield from _reached(other, models)
+
+
+def _references(part: Any) -> Iterator[str]:
+    """Names of the models that a part of the schema refers to."""
+    if isinstance(part, dict):
+        if "$ref" in part:
+            yield part["$ref"].rpartition("/")[2]
+        for key, value in part.items():
+            if key not in ("discriminator", "default"):
+                yield from _references(value)
+    elif isinstance(part, list):
+        for one in part:
+            yield from _references(one)
+
+
+def _section(name: str, model: dict[str, Any]) -> str:
+    required = model.get("required", [])
+    rows = [
+        f"| `{key}` | {_kind(part)} | {_default(part, needed=key in required)} "
+        f"| {_escaped(part.get('description', ''))} |"
+        for key, part in model["properties"].items()
+    ]
+    table = ["| key | value | default | meaning |", "|---|---|---|---|", *rows]
+    return "\n".join([f"## {_title(name)}\n", _escaped(model["description"]) + "\n", *table, ""])
+
+
+def _title(name: str) -> str:
+    """The name of a model in words: SingleEdge is Single edge."""
+    return re.sub(r"(?<!^)(?=[A-Z])", " ", name).capitalize()
+
+
+def _kind(part: dict[str, Any]) -> str:
+    """What a value may be, in words."""
+    for several in ("anyOf", "oneOf"):
+        if several in part:
+            kinds = [_kind(one) for one in part[several] if one.get("type") != "null"]
+            return " or ".join(dict.fromkeys(kinds))
+    if "$ref" in part:
+        title = _title(part["$ref"].rpartition("/")[2])
+        return f"[{title}](#{title.lower().replace(' ', '-')})"
+    if "const" in part:
+        return f"`{part['const']}`"
+    if "enum" in part:
+        return ", ".join(f"`{word}`" for word in part["enum"])
+    if part["type"] == "array":
+        return _list(part)
+    if part["type"] == "string":
+        return "name" if "pattern" in part else "text"
+    words = {"number": "number", "integer": "whole number", "boolean": "`true`, `false`"}
+    return words[part["type"]] + _range(part)
+
+
+def _list(part: dict[str, Any]) -> str:
+    if "prefixItems" not in part:
+        least = part.get("minItems", 0)
+        kind = _kind(part["items"])
+        kind = re.sub(r"\b(name|number|point)\b", r"\1s", kind)
+        return f"list of {kind}" + (f", at least {least}" if least else "")
+    first = part["prefixItems"][0]
+    if first["type"] == "array":
+        return "two points"
+    return "point" if "ge" in first else "vector"
+
+
+def _range(part: dict[str, Any]) -> str:
+    """Bounds of a number; those that only catch slips of the pen go without saying."""
+    low = {">": part.get("gt"), "≥": part.get("ge")}
+    high = {"<": part.get("lt"), "≤": part.get("le")}
+    bounds = [
+        f"{sign} {value:g}"
+        for sign, value in [*low.items(), *high.items()]
+        if value is not None and abs(value) < LARGEST_LENGTH
+    ]
+    return f" {', '.join(bounds)}" if bounds else ""
+
+
+def _default(part: dict[str, Any], *, needed: bool) -> str:
+    if needed:
+        return "required"
+    default = part.get("default")
+    if default is None or default == "":
+        return ""
+    if isinstance(default, dict):
+        return "its defaults"
+    return f"`{default if isinstance(default, str) else json.dumps(default)}`"
+
+
+def _escaped(text: str) -> str:
+    return " ".join(text.replace("|", "\\|").split())
+
+
+if __name__ == "__main__":
+    sys.stdout.write(reference_text())

@@ -1,0 +1,117 @@
+"""`cfmpm study` on the command line: what it writes, what it says, how it fails."""
+
+from __future__ import annotations
+
+import errno
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from study_texts import FAILING, STUDY, without_times, write_study
+from typer.testing import CliRunner, Result
+
+from cfmpm.cli import app
+
+
+def call(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["study", *map(str, arguments)])
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_writes_one_dataset_and_says_so(folder: Path) -> None:
+    path = write_study(folder)
+    result = call(path, "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert result.stderr == ""
+    assert result.stdout.splitlines() == [
+        "lengths: 4 members, 2 length x 2 E; 4 done",
+        "written  results/lengths/study.nc",
+    ]
+    assert sorted(p.name for p in Path("results/lengths").iterdir()) == ["members", "study.nc"]
+    first = without_times("results/lengths/study.nc")
+    result = call(path, "--output", "results/lengths", "--quiet")
+    assert (result.exit_code, result.output) == (0, "")
+    assert without_times("results/lengths/study.nc").identical(first)
+    # A reader needs nothing of this package.
+    code = (
+        "import sys, xarray\n"
+        "ds = xarray.open_dataset('results/lengths/study.nc')\n"
+        "assert ds.G.sel(length=4, E=1e5).item() > 0\n"
+        "assert 'cfmpm' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_check_lists_the_members_and_runs_none(folder: Path) -> None:
+    result = call(write_study(folder), "--check")
+    assert result.exit_code == 0
+    assert result.stdout.splitlines() == [
+        "lengths: 4 members, 2 length x 2 E",
+        "  length=2, E=100000",
+        "  length=2, E=200000",
+        "  length=4, E=100000",
+        "  length=4, E=200000",
+    ]
+    assert not Path("results").exists()
+
+
+def test_a_bad_member_stops_all(folder: Path) -> None:
+    result = call(write_study(folder, STUDY.replace("[2, 4]", "[2, 40]")))
+    assert result.exit_code == 2
+    assert "Traceback" not in result.output
+    assert "study.yaml:4:3: member length=40, E=100000: family.crack_length: " in result.stderr
+    assert not Path("results").exists()
+
+
+def test_failed_members_are_told(folder: Path) -> None:
+    result = call(write_study(folder, FAILING), "--workers", 1)
+    assert result.exit_code == 0
+    assert "failing: 4 members, 2 pull x 2 element; 2 done, 2 failed" in result.stdout
+    assert "  pull=6, element=T3: loads: the supports leave the body free" in result.stdout
+    with xr.open_dataset("results/failing/study.nc") as dataset:
+        assert dataset["status"].values.tolist() == [[0, 0], [1, 1]]
+
+
+def test_nothing_but_failures_is_a_failure(folder: Path) -> None:
+    text = FAILING.replace("[5, 6]", "{}").replace("values: {}", "linspace: [6, 7, 4]")
+    result = call(write_study(folder, text), "--workers", 1)
+    assert result.exit_code == 1
+    assert "8 failed" in result.stdout
+    assert "and 3 more: see reason in the dataset" in result.stdout
+    assert "every member of failing failed" in result.stderr
+    assert Path("results/failing/study.nc").exists()
+
+
+@pytest.mark.parametrize("number", ["0", "-1", "two"])
+def test_bad_number_of_workers(number: str, folder: Path) -> None:
+    assert call(write_study(folder), "--workers", number).exit_code == 2
+
+
+def test_a_folder_that_cannot_be_written(folder: Path) -> None:
+    (folder / "file").write_text("")
+    result = call(write_study(folder), "--output", folder / "file", "--workers", 1)
+    assert result.exit_code == 1
+    assert "cannot write" in result.stderr
+
+
+def test_a_full_disk_leaves_no_half_file(folder: Path, monkeypatch) -> None:
+    path = write_study(folder)
+
+    def full(*arguments, **keywords):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", full)
+    result = call(path, "--workers", 1)
+    assert result.exit_code == 1
+    assert "No space left on device" in result.stderr
+    assert [p.name for p in Path("results/lengths").iterdir()] == ["members"]
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert "4 done, 4 of them known from before" in call(path, "--workers", 1).stdout

@@ -1,0 +1,267 @@
+"""From a study file to its members, and how a bad one is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from study_texts import STUDY, write_study
+
+from cfmpm.errors import Problem, SceneError
+from cfmpm.scene import load_scene
+from cfmpm.study import reading
+from cfmpm.study.expansion import broken_rules
+from cfmpm.study.layout import RESERVED
+from cfmpm.study.model import Study
+from cfmpm.study.reading import label, load_study
+
+
+def refused(folder: Path, text: str) -> list[Problem]:
+    with pytest.raises(SceneError) as caught:
+        load_study(write_study(folder, text))
+    assert "pydantic" not in str(caught.value)
+    return caught.value.problems
+
+
+def test_members_are_scenes_of_the_base(tmp_path: Path) -> None:
+    plan = load_study(write_study(tmp_path))
+    assert [axis.name for axis in plan.axes] == ["length", "E"]
+    assert [(one.values["length"], one.values["E"]) for one in plan.members] == [
+        (2, 1e5),
+        (2, 2e5),
+        (4, 1e5),
+        (4, 2e5),
+    ]
+    for one in plan.members:
+        replaced = {
+            "family.crack_length": one.values["length"],
+            "material.E": one.values["E"],
+        }
+        assert one.scene == load_scene(tmp_path / "small.yaml", replaced)
+
+
+def test_the_base_may_be_written_out(tmp_path: Path) -> None:
+    scene = "".join(
+        f"  {line}\n"
+        for line in (write_study(tmp_path).parent / "small.yaml").read_text().splitlines()
+    )
+    inline = write_study(tmp_path, STUDY.replace("base: small.yaml", f"base:\n{scene}"))
+    assert [one.scene for one in load_study(inline).members] == [
+        one.scene for one in load_study(write_study(tmp_path, STUDY, "other.yaml")).members
+    ]
+
+
+def test_replaced_values_come_before_the_parameters(tmp_path: Path) -> None:
+    text = (
+        "name: one\nbase: small.yaml\n"
+        "replace: {mesh.size: 3, mesh.grading: {tip_size: 0.5, growth: 0.2}}\n"
+        "zip:\n  finest: {key: mesh.grading.tip_size, values: [1, 2]}\n"
+    )
+    scenes = [one.scene for one in load_study(write_study(tmp_path, text)).members]
+    assert [scene.mesh.size for scene in scenes] == [3, 3]
+    assert [scene.mesh.grading.model_dump() for scene in scenes] == [
+        {"tip_size": 1, "growth": 0.2},
+        {"tip_size": 2, "growth": 0.2},
+    ]
+
+
+def test_a_part_of_the_members(tmp_path: Path) -> None:
+    path = write_study(tmp_path)
+    whole = load_study(path).members
+    assert load_study(path, range(1, 3)).members == whole[1:3]
+    # Only those asked for are checked.
+    path = write_study(tmp_path, STUDY.replace("[2, 4]", "[2, 40]"))
+    assert load_study(path, range(2)).members == whole[:2]
+
+
+def test_keys_change_with_the_scene_and_the_program(tmp_path: Path, monkeypatch) -> None:
+    keys = [one.key for one in load_study(write_study(tmp_path)).members]
+    assert len(set(keys)) == len(keys)
+    other = STUDY.replace("name: lengths", "name: other").replace("[2, 4]", "[2, 3]")
+    again = [one.key for one in load_study(write_study(tmp_path, other)).members]
+    assert again[:2] == keys[:2]
+    assert not set(again[2:]) & set(keys)
+    monkeypatch.setattr(reading, "program_hash", lambda: "another one")
+    later = [one.key for one in load_study(write_study(tmp_path)).members]
+    assert not set(later) & set(keys)
+
+
+def test_labels(tmp_path: Path) -> None:
+    text = STUDY + "zip:\n  nu: {key: material.nu, values: [0.2, 0.3]}\n"
+    plan = load_study(write_study(tmp_path, text))
+    one = plan.members[-1]
+    assert one.index == (1, 1, 1)
+    said = label(plan.axes, one.index, one.values)
+    assert said == "length=4, E=200000, sample=1 (nu=0.3)"
+
+
+REFUSED = [
+    # text, changed to; line, key, words
+    ("product:", "produkt:", 3, "produkt", "did you mean product?"),
+    (
+        "{key: family.crack_length, values: [2, 4]}",
+        "{values: [2]}",
+        4,
+        "product.length.key",
+        "is missing: of the scene, such as",
+    ),
+    ("values: [2, 4]", "valus: [2, 4]", 4, "product.length.valus", "did you mean values?"),
+    ("values: [2, 4]", "values: []", 4, "product.length.values", "at least 1"),
+    (
+        "values: [2, 4]",
+        "values: [2, 4], linspace: [1, 2, 3]",
+        4,
+        "product.length",
+        "needs one of values, linspace, geomspace",
+    ),
+    ("values: [2, 4]", "values: [2, 4, 2]", 4, "product.length", "has a value twice"),
+    (
+        "linspace: [100e3, 200e3, 2]",
+        "linspace: [100e3, 200e3]",
+        5,
+        "product.E.linspace",
+        "must be first value, last value and how many",
+    ),
+    (
+        "linspace: [100e3, 200e3, 2]",
+        "linspace: [100e3, 200e3, 2.5]",
+        5,
+        "product.E.linspace[2]",
+        "must be a whole number",
+    ),
+    (
+        "linspace: [100e3, 200e3, 2]",
+        "geomspace: [0, 200e3, 2]",
+        5,
+        "product.E.geomspace",
+        "same sign, not zero",
+    ),
+    ("material.E", "material..E", 5, "product.E.key", "not a key such as mesh.size"),
+    ("material.E", "family", 5, "product.E.key", "is what length sets, or a part of it"),
+    ("  E:", "  G:", 5, "product.G", "G is a name in the dataset of every study"),
+    ("  E:", "  2nd:", 5, "product.2nd", "must be letters, digits"),
+    ("base: small.yaml", "base: smal.yaml", 2, "base", "no such file"),
+    ("base: small.yaml", "base: 7", 2, "base", "must be the path of a scene file, or a scene"),
+    ("product:", "zip: {}\nproducts:", 4, "products", "did you mean product?"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "line", "key", "words"), REFUSED)
+def test_bad_study(old, new, line, key, words, tmp_path: Path) -> None:
+    assert STUDY.count(old) == 1
+    problems = refused(tmp_path, STUDY.replace(old, new))
+    assert (str(tmp_path / "study.yaml"), line, key) in [(p.file, p.line, p.key) for p in problems]
+    assert any(words in p.reason for p in problems)
+
+
+BAD_SECTIONS = [
+    ("", "product", "no parameters"),
+    (
+        "zip: {a: {key: mesh.size, values: [1, 2]}, b: {key: material.E, values: [1]}}",
+        "zip",
+        "the numbers of values differ: a 2, b 1",
+    ),
+    (
+        "zip: {a: {key: mesh.size, values: [1]}}\n"
+        "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: norm}}}",
+        "zip",
+        "leave one out",
+    ),
+    (
+        "product: {a: {key: mesh.size, values: [1]}}\nzip: {a: {key: material.E, values: [1]}}",
+        "zip.a",
+        "is the name of another parameter too",
+    ),
+    (
+        "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: normal}}}",
+        "latin_hypercube.parameters.b.distribution",
+        "unknown distribution normal; did you mean norm",
+    ),
+    (
+        "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: lognorm}}}",
+        "latin_hypercube.parameters.b.arguments",
+        "s is missing",
+    ),
+    (
+        "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: norm, "
+        "arguments: {scal: 1}}}}",
+        "latin_hypercube.parameters.b.arguments.scal",
+        "did you mean scale?",
+    ),
+    (
+        "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: norm, "
+        "arguments: {scale: -1}}}}",
+        "latin_hypercube.parameters.b.arguments",
+        "scale must be > 0",
+    ),
+    (
+        "latin_hypercube: {samples: 0, parameters: {b: {key: material.E, distribution: norm}}}",
+        "latin_hypercube.samples",
+        "must be at least 1",
+    ),
+    (
+        "product: {a: {key: mesh.size, linspace: [1, 2, 2000]}, "
+        "b: {key: material.E, linspace: [1, 2, 2000]}}",
+        "",
+        "would have 4000000 members",
+    ),
+]
+
+
+@pytest.mark.parametrize(("sections", "key", "words"), BAD_SECTIONS)
+def test_bad_sections(sections, key, words, tmp_path: Path) -> None:
+    (problem,) = refused(tmp_path, f"name: bad\nbase: small.yaml\n{sections}\n")
+    assert problem.key == key
+    assert words in problem.reason
+
+
+def test_a_bad_member_is_named_with_file_line_and_key(tmp_path: Path) -> None:
+    problems = refused(tmp_path, STUDY.replace("[2, 4]", "[2, 40]"))
+    file = str(tmp_path / "study.yaml")
+    assert [str(problem) for problem in problems] == [
+        f"{file}:4:3: member length=40, E=100000: family.crack_length: "
+        "must be less than the width, 10",
+        f"{file}:4:3: member length=40, E=200000: family.crack_length: "
+        "must be less than the width, 10",
+        f"{file}: 2 of 4 members are refused; nothing was run",
+    ]
+
+
+def test_what_is_wrong_in_the_base_keeps_its_place_there(tmp_path: Path) -> None:
+    path = write_study(tmp_path)
+    scene = tmp_path / "small.yaml"
+    scene.write_text(scene.read_text().replace("nu: 0.3", "nu: 0.7"))
+    with pytest.raises(SceneError) as caught:
+        load_study(path)
+    told = str(caught.value.problems[0])
+    assert told.startswith(f"{path}:2:1: member length=2, E=100000: {scene}:3:")
+    assert "material.nu: must be less than 0.5; got 0.7" in told
+
+
+def test_a_key_that_the_scene_does_not_have(tmp_path: Path) -> None:
+    problems = refused(tmp_path, STUDY.replace("material.E", '"loads[0].traction"'))
+    assert problems[0].line == 5
+    assert problems[0].key == "member length=2, E=100000: loads[0].traction"
+    assert "there is no entry [0]" in problems[0].reason
+
+
+def test_few_of_many_problems_are_told(tmp_path: Path) -> None:
+    problems = refused(tmp_path, STUDY.replace("values: [2, 4]", "linspace: [20, 40, 50]"))
+    assert len(problems) == reading.MOST_TOLD + 1
+    assert problems[-1].reason == "100 of 100 members are refused; nothing was run"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("", "the file is empty"), ("[1, 2]", "must be a mapping"), ("a: [", "not valid YAML")],
+)
+def test_no_study_at_all(text, words, tmp_path: Path) -> None:
+    assert words in refused(tmp_path, text)[0].reason
+
+
+def test_names_of_the_dataset_are_reserved() -> None:
+    for name in ("step", "tip", "sample", "G", "final_G", "status", "load_factor", "G_spread"):
+        study = Study.model_validate(
+            {"name": "a", "base": "b", "zip": {name: {"key": "c", "values": [1]}}}
+        )
+        assert [reason for _, reason in broken_rules(study, RESERVED)], name
