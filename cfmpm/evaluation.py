@@ -55,7 +55,8 @@ def evaluate_tips(
         are those of the largest radius.
     """
     grid, body_force = body.grid, body.loading.body_force
-    openings = smallest_openings(grid, balance.displacement)
+    turned = balance.displacement if balance.finite else None
+    openings = smallest_openings(grid, balance.displacement, turned)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         ahead = regions_ahead(grid, tip, tip.tangent)

@@ -168,6 +168,16 @@ def unusual(scene: Scene) -> list[str]:
     return found
 
 
+def _leans(body: Body, balance: Equilibrium) -> bool:
+    """Whether a rotation that the program holds carries a force at finite deformation."""
+    places = tuple(body.loading.turning.T)
+    if not balance.finite or not body.loading.turning.size:
+        return False
+    force = balance.internal_force - balance.load_factor * body.loading.force
+    largest = np.abs(balance.internal_force).max(initial=0.0)
+    return bool(np.abs(force[places]).max() > 1e-6 * largest)
+
+
 def doubts_before(body: Body) -> list[str]:
     """Name what is doubtful already before a solve.
 
@@ -212,7 +222,8 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     grid = body.grid
     found = doubts_before(body)
     largest = np.abs(balance.displacement).max(initial=0.0)
-    for name, opening in smallest_openings(grid, balance.displacement).items():
+    turned = balance.displacement if balance.finite else None
+    for name, opening in smallest_openings(grid, balance.displacement, turned).items():
         if opening < -1e-6 * largest:
             fixed = body.motion is not None and body.scene.updated.grid == "fixed"
             why = (
@@ -229,6 +240,11 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
         found.append(
             f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
             "itself (finite_effect); kinematics: finite takes it into account"
+        )
+    if _leans(body, balance):
+        found.append(
+            "the loads have a moment on the deformed body that turns it away, as those in "
+            "compression do: its rotation, which no support holds, was held and carries that moment"
         )
     if balance.residual_floor > 0.0:
         found.append(

@@ -160,6 +160,17 @@ class TestLimitPoint:
         assert float(kept.unstable_points[-1]) == 0
 
 
+@pytest.mark.parametrize(("traction", "leans"), [(200.0, False), (-200.0, True)])
+def test_what_holds_a_rotation_carries_nothing_where_loads_hold_it(traction, leans):
+    """A body under nothing but dead tractions, off its middle axis by the crack."""
+    family = {**PLATE["family"], "crack_height": 25, "traction": traction}
+    result = run(PLATE, family=family, loads=[])
+    force = result.balance.internal_force - result.loading.force - result.balance.contact_force
+    carried = np.abs(force[result.loading.prescribed]).max()
+    assert (carried > 1e-6 * np.abs(result.balance.internal_force).max()) == leans
+    assert ("turns it away" in result.history.attrs["warnings"]) == leans
+
+
 class TestPlasticity:
     STEEL: ClassVar = {"E": 1e4, "nu": 0.3, "law": "j2", "yield_stress": 100, "hardening": 200}
 
