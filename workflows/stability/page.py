@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -100,8 +101,7 @@ def _what_happened(row: xr.Dataset) -> str:
     """The words in which the program said it; of a solved case, its warnings."""
     status, message = row.status.item(), row.message.item()
     if status == "solved":
-        warnings = row.warnings.item()
-        return "solved" + (f"; {warnings}" if warnings not in ("", "[]") else "")
+        return "; ".join(["solved", *json.loads(row.warnings.item())])
     return message if status == "unstable" else f"{status}: {message}"
 
 
