@@ -14,11 +14,13 @@ from PIL import Image
 from structured import rectangle
 
 from cfmpm.accessor import tip_path
+from cfmpm.errors import SceneError
 from cfmpm.fields import build_fields
 from cfmpm.grid import build_grid
 from cfmpm.plotting import (
     animate_growth,
     draw_angles,
+    draw_cycles,
     draw_energy,
     draw_factors,
     draw_load,
@@ -200,6 +202,14 @@ def test_stress_intensity_factors_along_each_path(axes: Axes, history: xr.Datase
     assert "MPa mm" in axes.get_ylabel()
 
 
+def test_each_tip_runs_by_its_own_cycles(axes: Axes, history: xr.Dataset) -> None:
+    cycles = [0.0, 10.0, 30.0, 60.0, 100.0]
+    draw_cycles(axes, history.assign(cycles=("step", cycles)))
+    shown = lines(axes)
+    np.testing.assert_array_equal(shown["right"], np.column_stack([cycles, [0, 0, 1, 2, 3]]))
+    assert shown["left"][-1].tolist() == [100.0, 4.0]
+
+
 def test_energies_add_up(axes: Axes, history: xr.Dataset) -> None:
     terms = {"external_work": 5.0, "strain_energy": 3.0, "fracture_energy": 1.5}
     rise = np.arange(5.0)
@@ -223,7 +233,7 @@ def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
 
 
 def test_a_film_of_nothing_says_what_makes_fields(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match=r"output\.every"):
+    with pytest.raises(SceneError, match=r"output\.every"):
         animate_growth(tmp_path, tmp_path / "film.gif")
 
 
