@@ -105,6 +105,12 @@ class Body:
     floating_nodes: int = 0
     motion: Motion | None = None
 
+    @property
+    def blind_tips(self) -> set[str]:
+        """Tips whose domain cannot tell where they would turn to."""
+        pairs = zip(self.grid.tips, self.tip_domains, strict=True)
+        return {tip.name for tip, domain in pairs if not domain.steers}
+
 
 def build(scene: Scene) -> Body:
     """Build the body of a scene, before its first solve.

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 WRONG_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+# So many take about ten seconds to make.
+MANY_TRIANGLES = 1e5
 
 
 class _Commands(TyperGroup):
@@ -133,6 +135,8 @@ def run(
     scene = load_scene(scene_file, overrides)
     folder = output or Path("results") / scene.name
     with held(folder), starting(folder, overwrite=overwrite), _placed(scene, scene_file, overrides):
+        if not quiet:
+            _announce_size(scene)
         _solve(scene, folder, None, quiet=quiet, verbose=verbose)
 
 
@@ -253,6 +257,7 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
 
     overrides = _overrides(set_)
     scene = load_scene(scene_file, overrides)
+    _announce_size(scene)
     with _placed(scene, scene_file, overrides):
         start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
@@ -534,6 +539,19 @@ def _placed(scene: Scene, scene_file: Path, overrides: dict[str, Any]) -> Iterat
         yield
     except SceneError as error:
         raise placed(error, scene, scene_file, overrides) from None
+
+
+def _announce_size(scene: Scene) -> None:
+    """Say how many triangles are coming, where they take their time."""
+    from cfmpm.meshing import expected_triangles
+
+    expected = expected_triangles(scene)
+    if expected is not None and expected > MANY_TRIANGLES:
+        typer.echo(
+            f"about {expected:.2g} triangles are being made, which takes a while; a larger "
+            "mesh.size makes fewer",
+            err=True,
+        )
 
 
 def _log_phase(phase: str) -> None:

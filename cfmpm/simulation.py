@@ -238,6 +238,7 @@ def run(
                     balance.scale(factor),
                     law=scene.fatigue,
                     grown=body.grown.segments,
+                    blind=body.blind_tips,
                 ),
             )
         record.add(seen[0], seen[2], tips, decision, clock.lap())

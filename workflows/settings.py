@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -99,6 +99,64 @@ class Scaling(_Settings):
     series: dict[str, list[Mesh]]
 
 
+class NewtonCost(_Settings):
+    """Cost of an iteration of Newton's method per material point."""
+
+    scene: str
+    solver: str = "auto"
+    repeats: int = Field(3, ge=1, description="the fastest counts")
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    meshes: list[Mesh] = Field(min_length=1)
+
+
+class SliverGrid(_Settings):
+    """The plate of the paper in squares, cut into thin triangles."""
+
+    element: Literal["T3", "T6"]
+    slivers: Literal["none", "needles", "caps"]
+    thinness: Positive = Field(1.0, description="height over length")
+
+
+class Case(_Settings):
+    """An extreme case, how it is expected to end, and what its result is compared with."""
+
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    grid: SliverGrid | None = Field(None, description="in place of one by gmsh")
+    ends: Literal["solved", "unstable", "failed", "refused"] = "solved"
+    compared: Literal["J", "load_reached"] = "J"
+    exact: float | None = Field(None, description="known value of what is compared")
+    as_case: str | None = Field(None, description="a case above: group/name")
+    times: float = Field(1.0, description="factor on the value of that case")
+    vanishes: bool = Field(False, description="zero is known; the other is the measure of it")
+    source: str = Field("", description="where the known value is from")
+    within: Positive | None = Field(None, description="relative error that is allowed")
+
+
+class CaseGroup(_Settings):
+    """Cases of one kind."""
+
+    title: str
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    cases: dict[str, Case]
+
+
+class Stability(_Settings):
+    """The stability study."""
+
+    scene: str
+    groups: dict[str, CaseGroup]
+
+    @model_validator(mode="after")
+    def _compared_with_cases_above(self) -> Self:
+        above: set[str] = set()
+        for group, of_group in self.groups.items():
+            for name, case in of_group.cases.items():
+                if case.as_case is not None and case.as_case not in above:
+                    raise ValueError(f"{group}/{name}: no case {case.as_case} above it")
+                above.add(f"{group}/{name}")
+        return self
+
+
 class Settings(_Settings):
     """All blocks of configs/workflow."""
 
@@ -107,6 +165,8 @@ class Settings(_Settings):
     large_strain: LargeStrain
     work_precision: WorkPrecision
     scaling: Scaling
+    newton_cost: NewtonCost
+    stability: Stability
 
 
 def read_settings(config: Mapping[str, Any]) -> Settings:
@@ -136,6 +196,10 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
             load_scene(study.scene, replaced)
     for replaced in settings.large_strain.variants.values():
         load_scene(settings.large_strain.scene, replaced)
+    for group in settings.stability.groups.values():
+        for case in group.cases.values():
+            if case.grid is None and case.ends != "refused":
+                load_scene(settings.stability.scene, {**group.replaced, **case.replaced})
     for block in (settings.work_precision, settings.scaling):
         for listed in block.series.values():
             for mesh in listed:

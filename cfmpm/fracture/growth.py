@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,6 +56,7 @@ def decide(
     *,
     law: Fatigue | None = None,
     grown: Mapping[str, float] | None = None,
+    blind: Collection[str] = (),
 ) -> Decision:
     """Compare the tips with their toughness, or find how fast fatigue lets them advance.
 
@@ -78,6 +79,8 @@ def decide(
         Of control by fatigue.
     grown : mapping of str to float, optional
         Lengths of the segments just released, by the tips that ran [mm].
+    blind : collection of str
+        Tips whose domain cannot tell a direction: these go straight on.
 
     Returns
     -------
@@ -103,12 +106,14 @@ def decide(
     if growth.tips == "largest":
         runs &= part == part.max()
     tangents = {
-        tip.name: direction(tip, {name: value[i] for name, value in values.items()}, growth)
+        tip.name: tip.tangent
+        if tip.name in blind
+        else direction(tip, {name: value[i] for name, value in values.items()}, growth)
         for i, tip in enumerate(grid.tips)
         if runs[i]
     }
     known = {} if last is None else last.tangents
-    before = known if growth.order == 2 else {}
+    before = {name: known[name] for name in known if growth.order == 2 and name not in blind}
     running = {
         name: secant(before[name], tangent) if name in before else tangent
         for name, tangent in tangents.items()

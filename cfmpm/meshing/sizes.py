@@ -7,8 +7,10 @@ from itertools import pairwise
 
 from shapely import LineString, Point
 
+from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Grading, Scene
+from cfmpm.scene.rules import estimated_triangles
 
 # Element size per distance, from tips and from whatever else needs small elements.
 GROWTH = 0.3
@@ -39,6 +41,22 @@ def grading_in(body: Body, scene: Scene) -> Grading | None:
     room = min(_room(body, crack, end) for crack, end, _ in body.tips)
     # A tip that touches something has no room; six decades are as far as a grid can be graded.
     return Grading(tip_size=max(min(size / 100, room / 50), 1e-6 * size), growth=GROWTH)
+
+
+def expected_triangles(scene: Scene) -> float | None:
+    """Estimate how many triangles a scene will have; None for a mesh file.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    if scene.mesh_file is not None:
+        return None
+    scene = expand(scene)
+    body = Body.of(scene)
+    chosen = {"size": size_in(body, scene), "grading": grading_in(body, scene) or "uniform"}
+    mesh = scene.mesh.model_copy(update=chosen)
+    return estimated_triangles(scene.model_copy(update={"mesh": mesh}), body)
 
 
 def _room(body: Body, crack_name: str, end: int) -> float:

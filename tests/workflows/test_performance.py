@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from workflows.performance import figures, scaling, work_precision
+from workflows.performance import figures, newton_cost, scaling, work_precision
 
 GRIDS = [
     {"element": "T3", "size": 80, "grading": "uniform"},
@@ -46,3 +46,25 @@ def test_scaling(scene_file, tmp_path):
     assert np.isfinite(dataset.exponent).all()
     figures.draw_scaling(path, tmp_path / "scaling.png")
     assert (tmp_path / "scaling.png").stat().st_size > 10_000
+
+
+def test_newton_cost_tells_assembly_from_solution(tmp_path):
+    path = tmp_path / "cost.nc"
+    loads = [
+        {"edge": "bottom", "displacement": {"y": -5}},
+        {"edge": "top", "displacement": {"y": 5}},
+    ]
+    newton_cost.measure(
+        path,
+        "configs/paper/large_strain.yaml",
+        solver="superlu",
+        repeats=1,
+        replaced={"loads": loads, "load_steps": 1},
+        meshes=[GRIDS[0], {**GRIDS[0], "element": "T6"}],
+    )
+    dataset = xr.load_dataset(path)
+    assert list(dataset.element.values) == ["T3", "T6"]
+    assert list(dataset.part.values) == list(newton_cost.PARTS)
+    assert (dataset.microseconds > 0).all()
+    # A run has a whole iteration in it, for each that it counts.
+    assert (dataset.whole > 0.5 * dataset.microseconds.sum("part")).all()

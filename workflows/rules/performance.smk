@@ -98,3 +98,26 @@ rule scaling_figure:
         "Drawing run time against size"
     script:
         "../scripts/scaling_figure.py"
+
+
+rule newton_cost:
+    input:
+        scene=SETTINGS.newton_cost.scene,
+        compiled=rules.warm_up.output.stamp,
+        code="workflows/performance/newton_cost.py",
+    output:
+        data="results/performance/newton_cost.nc",
+    log:
+        "results/logs/performance/newton_cost.log",
+    benchmark:
+        "results/benchmarks/performance/newton_cost.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=10,
+    params:
+        **measured(SETTINGS.newton_cost),
+    message:
+        "Measuring an iteration of Newton's method"
+    script:
+        "../scripts/newton_cost.py"

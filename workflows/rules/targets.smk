@@ -32,3 +32,15 @@ rule work_precision:
 rule scaling:
     input:
         "results/performance/scaling.png",
+
+
+rule:
+    name:
+        "newton-cost"
+    input:
+        rules.newton_cost.output.data,
+
+
+rule stability:
+    input:
+        rules.stability_page.output.page,
