@@ -290,7 +290,8 @@ def plot(
 
     With several domain radii also radii_<tip>.png; with steps at several loads
     force_<part>_<axis>.png, and steps_<tip>.png or, of growth, load.png. Of growth besides
-    paths.png, cf.png, factors.png, angles.png, energy.png; and, with output.every, growth.gif.
+    paths.png, cf.png, factors.png, angles.png, energy.png; of fatigue cycles.png; and, with
+    output.every, growth.gif.
 
     Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
     cracks grew, deformed.png and cf_<tip>.png are then left out.

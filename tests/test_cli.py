@@ -16,8 +16,9 @@ from typer.testing import CliRunner, Result
 from cfmpm import __version__, body, cli, equilibrium, simulation
 from cfmpm.cli import app
 from cfmpm.errors import MeshError, SolveError
-from cfmpm.scene import load_scene
+from cfmpm.scene import Scene, load_scene
 from cfmpm.scene.schema import schema
+from cfmpm.study.model import Study
 
 SCENE = """\
 name: small
@@ -356,9 +357,10 @@ class TestPlot:
 
 
 def test_schema_is_the_schema() -> None:
-    result = call("schema")
-    assert result.exit_code == 0
-    assert json.loads(result.stdout) == schema()
+    for kind, model in {(): Scene, ("scene",): Scene, ("study",): Study}.items():
+        result = call("schema", *kind)
+        assert result.exit_code == 0
+        assert json.loads(result.stdout) == schema(model)
 
 
 def test_version() -> None:

@@ -4,6 +4,7 @@ from cfmpm.plotting.deformed import draw_deformed
 from cfmpm.plotting.film import animate_growth
 from cfmpm.plotting.growth import (
     draw_angles,
+    draw_cycles,
     draw_energy,
     draw_factors,
     draw_load,
@@ -21,6 +22,7 @@ __all__ = [
     "animate_growth",
     "draw_angles",
     "draw_cracks",
+    "draw_cycles",
     "draw_deformed",
     "draw_energy",
     "draw_factors",

@@ -18,6 +18,7 @@ from cfmpm.loading import Loading
 from cfmpm.plotting.deformed import draw_deformed
 from cfmpm.plotting.growth import (
     draw_angles,
+    draw_cycles,
     draw_energy,
     draw_factors,
     draw_load,
@@ -96,10 +97,11 @@ def save_tip_forces(folder: Path, fields: xr.Dataset, history: xr.Dataset) -> li
 
 
 def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> list[Path]:
-    """Write paths.png, cf.png, angles.png, energy.png, factors.png and load.png.
+    """Write paths.png, cf.png, angles.png, energy.png, and what else there is of growth.
 
-    Finite deformation has no stress intensity factors, load control no change of load. The scene is
-    the expanded one; the grid is drawn where a mesh file takes the place of a geometry.
+    These are factors.png at small strain, load.png where the load changes, and cycles.png of
+    fatigue. The scene is the expanded one; the grid is drawn where a mesh file takes the place of a
+    geometry.
     """
     body = grid if scene.geometry is None else scene
     paths, size = [], size_around(corners_of(body), LEGEND)
@@ -113,6 +115,8 @@ def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> 
         curves["factors"] = draw_factors
     if _load_changes(history):
         curves["load"] = draw_load
+    if "cycles" in history:
+        curves["cycles"] = draw_cycles
     return paths + _save_curves(folder, history, curves)
 
 

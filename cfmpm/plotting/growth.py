@@ -215,6 +215,28 @@ def _draw_along_paths(axes: Axes, history: xr.Dataset, named: dict[str, str]) ->
     axes.set_xlabel("growth of the tip along its path [mm]")
 
 
+def draw_cycles(axes: Axes, history: xr.Dataset) -> Axes:
+    """Draw how far each tip has run against the cycles of load.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : xarray.Dataset
+        Of growth by fatigue.
+
+    Returns
+    -------
+    Axes
+    """
+    for i, name in enumerate(history["tip"].values):
+        of_tip = history.sel(tip=[name])
+        draw_curve(axes, history["cycles"], new_length(of_tip), str(name), i)
+    axes.set_xlabel("cycles of load [1]")
+    axes.set_ylabel("growth of the tip along its path [mm]")
+    axes.legend()
+    return axes
+
+
 def draw_energy(axes: Axes, history: xr.Dataset) -> Axes:
     """Draw where the work of the loads went as the cracks grew.
 
@@ -236,7 +258,8 @@ def draw_energy(axes: Axes, history: xr.Dataset) -> Axes:
         ("fracture_energy", "g_c times new length", 1, "-"),
         ("missing", "missing: work less both", 4, "--"),
     ):
-        draw_curve(axes, grown, balance[name], label, style, line=line)
+        if balance[name].notnull().any():  # fatigue spends no g_c
+            draw_curve(axes, grown, balance[name], label, style, line=line)
     axes.set_xlabel("growth of all cracks together [mm]")
     axes.set_ylabel("energy per thickness [N mm/mm]")
     axes.legend()

@@ -20,6 +20,7 @@ from cfmpm.grid import build_grid
 from cfmpm.plotting import (
     animate_growth,
     draw_angles,
+    draw_cycles,
     draw_energy,
     draw_factors,
     draw_load,
@@ -243,6 +244,14 @@ def test_stress_intensity_factors_along_each_path(axes: Axes, history: xr.Datase
     np.testing.assert_array_equal(shown["left: $K_I$"], [[i, 2.0 * i] for i in range(5)])
     assert shown["right: $K_{II}$"][:, 1].tolist() == [-3.0, -5.0, -7.0, -9.0]
     assert "MPa mm" in axes.get_ylabel()
+
+
+def test_each_tip_runs_by_its_own_cycles(axes: Axes, history: xr.Dataset) -> None:
+    cycles = [0.0, 10.0, 30.0, 60.0, 100.0]
+    draw_cycles(axes, history.assign(cycles=("step", cycles)))
+    shown = lines(axes)
+    np.testing.assert_array_equal(shown["right"], np.column_stack([cycles, [0, 0, 1, 2, 3]]))
+    assert shown["left"][-1].tolist() == [100.0, 4.0]
 
 
 def test_energies_add_up(axes: Axes, history: xr.Dataset) -> None:

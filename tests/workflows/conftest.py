@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -44,3 +45,13 @@ def snakemake():
 @pytest.fixture(scope="session")
 def scene_file(root):
     return str(root / "configs/paper/single_edge_crack.yaml")
+
+
+@pytest.fixture(scope="session")
+def checkout(root, tmp_path_factory):
+    """A copy of the repository in which results may be made."""
+    copy = tmp_path_factory.mktemp("checkout") / "repository"
+    leave = shutil.ignore_patterns("results", ".git", ".snakemake", ".venv", "tests", ".*_cache")
+    shutil.copytree(root, copy, ignore=leave)
+    (copy / "results").mkdir()
+    return copy
