@@ -273,9 +273,9 @@ def run(
         with clock("release"):  # step 8: align segments, double nodes, redefine the grid
             try:
                 body = bodies.release(body, decision.running)
-            except bodies.SeveredError as severed:
-                record.add_severed(severed.triangulation, clock.lap(), decision, severed.grown)
-                ending = str(severed)
+            except bodies.GrowthEndError as end:
+                record.add_severed(end.triangulation, clock.lap(), decision, end.grown)
+                ending = str(end)
                 break
             balance = mechanics.carry_over(balance, state.grid, body.grid)
             gradients = None

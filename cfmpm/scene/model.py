@@ -447,7 +447,9 @@ class Growth(Model):
         "run straight or pass close by a hole",
     )
     tips: Literal["all", "largest"] = Field(
-        "all", description="which of the tips that meet the criterion run in an increment"
+        "all",
+        description="which of the tips that meet the criterion run in an increment: all of them, "
+        "each as the one solve before it tells, or the largest alone",
     )
     transfer: Literal["domains", "paper"] = Field(
         "domains",
