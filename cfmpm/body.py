@@ -14,7 +14,7 @@ from cfmpm.fracture.release import Release, advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
 from cfmpm.materials import locks, region_materials
-from cfmpm.meshing import triangulate
+from cfmpm.meshing import running_size, triangulate
 from cfmpm.motion import Motion
 from cfmpm.patches import Patches, build_patches
 from cfmpm.points import MaterialPoints, relocate, seed
@@ -223,8 +223,9 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
         tip = tips[name]
         # One that ran before it in this increment may have come to it.
         if is_tip(mesh, tip.crack, tip.end):
-            if scene.fracture.refine is not None:
-                mesh, parts = refine(mesh, tip.path[0], scene.fracture.refine)
+            size = running_size(scene, float(np.hypot(*np.diff(tip.path, axis=0).T).sum()))
+            if size is not None:
+                mesh, parts = refine(mesh, tip.path[0], size)
                 refined.append(parts)
             step = advance(mesh, tip.crack, tip.end, direction)
             mesh = step.triangulation

@@ -26,6 +26,8 @@ from cfmpm.scene.model import Growth, Scene
 DEVIATION = 5.0
 # How many elements a ligament needs that a crack is to pass through.
 LIGAMENT = 3.0
+# How much larger than at the start the elements at a tip may become.
+COARSER = 3.0
 # Differences of J from G, and of work from what it went into, that are worth one.
 J_FROM_G = 0.05
 OPEN_BALANCE = 0.02
@@ -198,6 +200,13 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
                 f"{name}: {_steps(close)} it passes in {nearest:.3g} mm what no domain may hold, "
                 f"less than {LIGAMENT:g} elements: its direction is coarse there; fracture.refine "
                 "of a third of that, or mesh.hole_size, resolves it"
+            )
+        coarse = before & (h > COARSER * h[0])
+        if coarse.any():
+            found.append(
+                f"{name}: {_steps(coarse)} the elements at the tip are up to "
+                f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start: it has left "
+                "the fine grid; fracture.refine takes it along"
             )
         G, J = tip["G"].values, tip["J"].values
         border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
