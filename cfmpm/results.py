@@ -68,6 +68,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "tip_drift": (_TIP, "mm", "distance of the material's tip from that of the grid, if reset"),
     "kink_angle": (_TIP, "degree", "angle of largest hoop stress from the crack tangent"),
+    "clearance": (_TIP, "mm", "distance to the nearest thing that no domain may hold"),
+    "tip_size": (_TIP, "mm", "element size at the tip"),
     "min_opening": (_TIP, "mm", "smallest opening of the crack's faces, negative in overlap"),
     "critical_load_factor": (_TIP, "1", "load factor at which G_kink reaches g_c"),
     "domain_radius": (_RADIUS, "mm", "radius of the domain, as used"),
@@ -82,6 +84,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "plastic_work": (_STEP, "N", "plastic work per mm of thickness (N mm/mm); nan without flow"),
     "external_work": (_STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
     "fracture_energy": (_STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
+    "energy_gap": (_STEP, "N", "external_work less strain_energy less fracture_energy"),
+    "jump": (_STEP, "1", "1 where a tip has broken through to what it met, at the load before"),
     "newton_iterations": (_STEP, "1", "Newton iterations so far; 0 for a linear solve"),
     "substeps": (_STEP, "1", "load steps so far, those in between included; 0 for a linear solve"),
     "finite_effect": (

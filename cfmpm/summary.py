@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cfmpm.body import Body
 from cfmpm.grid import Grid
-from cfmpm.remarks import doubts_before
+from cfmpm.remarks import balance_without_jumps, doubts_before
 from cfmpm.scene import Scene
 from cfmpm.simulation import Result
 
@@ -266,7 +266,6 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     """How the growth went as a whole."""
     factor = whole["load_factor"].values
     factor = factor[np.isfinite(factor)]
-    work, stored = whole["external_work"].values, whole["strain_energy"].values
     facts = [
         ("ended", whole.attrs["ending"]),
         ("increments", f"{whole.sizes['step'] - 1}"),
@@ -274,15 +273,24 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     if "cycles" in whole:
         facts.append(("cycles", f"{float(whole['cycles'][-1]):.6g}"))
     if np.ptp(factor) > 0.0:
-        gap = np.abs(work - stored - whole["fracture_energy"].values)
         facts += [
             ("load factor", f"{factor[0]:.6g} at first growth, {factor.max():.6g} at most"),
             (
                 "balance",
                 f"work less strain energy less g_c times new length is at most "
-                f"{np.nanmax(gap) / np.nanmax(np.abs(work)):.1e} of the work",
+                f"{np.nanmax(np.abs(balance_without_jumps(whole))):.1e} of the work"
+                + (", but for jumps" if (whole["jump"] > 0.0).any() else ""),
             ),
         ]
+        lost = whole["energy_gap"].diff("step")
+        facts += _list(
+            "jumps",
+            [
+                f"step {int(step['step'])}: as a tip breaks through, {float(step):.4g} N mm per mm "
+                "go into motion"
+                for step in lost[whole["jump"].values[1:] > 0.0]
+            ],
+        )
     return facts
 
 
