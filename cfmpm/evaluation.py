@@ -54,7 +54,7 @@ def evaluate_tips(
         By the names of `results.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
         are those of the largest radius.
     """
-    grid, body_force = body.grid, body.loading.body_force
+    grid, body_force = body.grid, balance.load_factor * body.loading.body_force
     turned = balance.displacement if balance.finite else None
     openings = smallest_openings(grid, balance.displacement, turned)
     rows: list[dict[str, Any]] = []

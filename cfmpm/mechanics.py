@@ -87,7 +87,7 @@ def solve(
         levels = load_levels(scene)
         effect = finite_effect(body, gradients, balance, max(map(abs, levels)))
         balance = replace(balance, finite_effect=effect)
-        if min(levels) < 0.0 or (effect > NEGLIGIBLE and _may_be_finite(scene)):
+        if _may_be_finite(scene) and (min(levels) < 0.0 or effect > NEGLIGIBLE):
             return _solve_finite(body, gradients, None, level, clock)
     return balance
 
@@ -112,7 +112,8 @@ def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
     """Sum the configurational force at every node of a body in balance [N/mm], (n, 2)."""
     if body.motion is not None:
         return updated.material_force(body, balance)
-    problem = body.grid, body.integration, gradients, body.loading.body_force
+    force = balance.load_factor * body.loading.body_force
+    problem = body.grid, body.integration, gradients, force
     return cf.finite_nodal_force(*problem) if balance.finite else cf.nodal_force(*problem)
 
 

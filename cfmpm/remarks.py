@@ -15,11 +15,12 @@ from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture.domains import FILL, RESOLVED
 from cfmpm.fracture.opening import smallest_openings
 from cfmpm.fracture.release import LARGEST_KINK
-from cfmpm.materials import LOCKING
-from cfmpm.mechanics import NEGLIGIBLE
+from cfmpm.materials import LOCKING, region_materials
+from cfmpm.mechanics import NEGLIGIBLE, PLASTIC_WORK
 from cfmpm.meshing import resolved_grading
 from cfmpm.motion import Motion
 from cfmpm.results import TIP_STATUS
+from cfmpm.scene.families import expand
 from cfmpm.scene.model import Growth, Scene
 
 # What materials have, widened to round numbers: Young's modulus from flexible foams (1 MPa) to
@@ -27,6 +28,8 @@ from cfmpm.scene.model import Growth, Scene
 # Jones, Engineering Materials 1, tables of Young's modulus and of toughness.
 USUAL = {"E": (1.0, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
 
+# Part of the work of the loads that the energies may miss at finite deformation.
+IMBALANCE = 0.01
 # Angle between a segment and the direction asked for [deg] that is worth a warning.
 DEVIATION = 5.0
 # How many elements a ligament needs that a crack is to pass through.
@@ -107,7 +110,7 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
     }
     if body.patches is not None:
         notes["near_incompressibility"] = (
-            f"nu above {LOCKING:g}: change of volume averaged over {len(body.patches.nodes)} "
+            f"nu above {LOCKING:g}, or j2: change of volume averaged over {len(body.patches.nodes)} "
             "patches, of two or three triangles each"
         )
     if balance.contact_pairs:
@@ -137,6 +140,25 @@ def _formulation(scene: Scene) -> str:
     }[scene.updated.grid]
     summed = {"points": "points as they are", "domains": "exact particle domains"}
     return f"updated Lagrangian on {reset}; integration by {summed[scene.updated.integration]}; "
+
+
+def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
+    """Say what may lead further where a run has lost its stability.
+
+    Parameters
+    ----------
+    scene : Scene
+    balance : Equilibrium
+        The last stable one.
+    """
+    found = []
+    if any(load.displacement is None for load in expand(scene).loads):
+        found.append("Prescribed displacements lead past a largest load; forces do not.")
+    if balance.unstable_points > 0 and scene.material.law in ("hencky", "neo_hookean"):
+        found.append("material.law: ciarlet keeps the ellipticity that points have lost.")
+    if scene.formulation == "updated":
+        found.append("formulation: total has no grid that a body could leave or tear.")
+    return found or ["Fewer loads, or a body that does not buckle, keep it stable."]
 
 
 def _kinematics(balance: Equilibrium) -> str:
@@ -177,6 +199,17 @@ def unusual(scene: Scene) -> list[str]:
     return found
 
 
+def _adds_up(body: Body, balance: Equilibrium) -> bool:
+    """Whether the work of the loads is what is stored and what plastic flow has taken."""
+    if body.motion is not None or body.scene.growth is not None:
+        return True
+    volume = body.integration.volume
+    spent = np.sum(body.integration.energy * volume)
+    if balance.history.size:
+        spent += np.sum(balance.history[:, PLASTIC_WORK] * volume)
+    return bool(abs(balance.external_work - spent) <= IMBALANCE * max(abs(spent), 1e-300))
+
+
 def _leans(body: Body, balance: Equilibrium) -> bool:
     """Whether a rotation that the program holds carries a force at finite deformation."""
     places = tuple(body.loading.turning.T)
@@ -200,6 +233,13 @@ def doubts_before(body: Body) -> list[str]:
     """
     grid = body.grid
     found = [*unusual(body.scene), *body.loading.warnings]
+    if body.patches is not None and any(
+        material.law == "j2" for material in region_materials(body.scene, grid.region_names)
+    ):
+        found.append(
+            "T3 with plastic flow stays too stiff near the limit load, averaged over pairs of "
+            "triangles or not: take mesh.element: T6"
+        )
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
             found.append(
@@ -333,6 +373,11 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
         found.append(
             f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
             "itself (finite_effect); kinematics: finite takes it into account"
+        )
+    if balance.finite and not _adds_up(body, balance):
+        found.append(
+            "the work of the loads, summed step by step, differs from the energies by more than "
+            f"{IMBALANCE:g} of itself (external_work): more load_steps make it better"
         )
     if _leans(body, balance):
         found.append(

@@ -56,7 +56,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cf_plastic_y": (_TIP, "N mm-1", "what plastic work adds to the configurational force"),
     "J_plastic": (_TIP, "N mm-1", "what plastic work adds to J, which is of the stored energy"),
     "J": (_TIP, "N mm-1", "domain integral along the crack tangent, largest ring"),
-    "G": (_TIP, "N mm-1", "energy release rate from K_I and K_II, largest ring"),
+    "G": (
+        _TIP,
+        "N mm-1",
+        "energy release rate from K_I and K_II, largest ring; at finite deformation J",
+    ),
     "G_kink": (_TIP, "N mm-1", "what drives the tip in the direction in which it would kink"),
     "K_I": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest ring"),
     "K_II": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest ring"),

@@ -22,6 +22,7 @@ WIDTH = 100
 _OF_TIPS = (
     ("G", "G", "N/mm"),
     ("J", "J", "N/mm"),
+    ("J_plastic", "what plastic work adds to J", "N/mm"),
     ("cf_norm", "|CF|", "N/mm"),
     ("cf_angle", "angle of CF from the crack", "deg"),
     ("K_I", "K_I", "MPa mm^0.5"),
@@ -196,8 +197,8 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
     rows.append(["tip [mm]", *(_place(x, y) for x, y in places)])
     for name, called, unit in _OF_TIPS:
         values = at[name].values
-        if np.isnan(values).all():
-            continue
+        if np.isnan(values).all() or (name == "G" and np.isnan(at["K_I"]).all()):
+            continue  # of what the scene has not; G is J where there is no K
         spread = (
             at[f"{name}_spread"].values if f"{name}_spread" in at else np.full(len(tips), np.nan)
         )
@@ -222,7 +223,7 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
     for name in tips:
         tip = whole.sel(tip=name)
         steps = np.hypot(np.diff(tip["tip_x"]), np.diff(tip["tip_y"]))
-        evaluated = np.flatnonzero(np.isfinite(tip["K_I"].values))
+        evaluated = np.flatnonzero(np.isfinite(tip["J"].values))
         first, last = (tip.isel(step=evaluated[k]) for k in (0, -1))
         columns.append(
             [

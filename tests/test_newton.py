@@ -160,6 +160,40 @@ class TestLimitPoint:
         assert float(kept.unstable_points[-1]) == 0
 
 
+def test_half_the_load_of_twice_the_density_is_the_same_state():
+    """Body force enters the configurational force at the load factor of the state."""
+    hung = [
+        {"edge": "top", "displacement": {"x": 0, "y": 0}},
+        {"body_force": [0.3, -0.5]},
+    ]
+    double = [hung[0], {"body_force": [0.6, -1.0]}]
+    mesh = {"element": "T6", "size": 8, "grading": {"tip_size": 0.5}}
+    half = run(PLATE, loads=double, load_steps=[0.5], mesh=mesh).history
+    whole = run(PLATE, loads=hung, mesh=mesh).history
+    for name in ("J", "cf_norm", "cf_tip_x", "strain_energy"):
+        np.testing.assert_allclose(half[name], whole[name], rtol=1e-8)
+
+
+def test_accepted_states_are_stable_by_their_eigenvalues():
+    """What the factorisation says, by another way."""
+    for material in (PLATE["material"], {"E": 1e4, "nu": 0.3}, TestPlasticity.STEEL):
+        result = run(PLATE, material=material, load_steps=[0.5])
+        grid, points = result.grid, result.body.integration
+        problem = newton.Problem(
+            grid,
+            points,
+            basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+            np.zeros((len(points), 2, 2)),
+            material_laws(result.body.scene, grid.region_names),
+            result.loading,
+            patches=result.body.patches,
+        )
+        march = newton._March(problem, result.balance.history)
+        stiffness = march.factor_at(march.state(result.displacement))
+        lowest = np.linalg.eigvalsh(stiffness.toarray())[0]
+        assert lowest > 1e-9 * stiffness.diagonal().max()
+
+
 @pytest.mark.parametrize(("traction", "leans"), [(200.0, False), (-200.0, True)])
 def test_what_holds_a_rotation_carries_nothing_where_loads_hold_it(traction, leans):
     """A body under nothing but dead tractions, off its middle axis by the crack."""
