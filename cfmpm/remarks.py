@@ -110,8 +110,8 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
     }
     if body.patches is not None:
         notes["near_incompressibility"] = (
-            f"nu above {LOCKING:g}, or j2: change of volume averaged over {len(body.patches.nodes)} "
-            "patches, of two or three triangles each"
+            f"nu above {LOCKING:g}, or j2: change of volume averaged over "
+            f"{len(body.patches.nodes)} patches, of two or three triangles each"
         )
     if balance.contact_pairs:
         notes["contact"] = f"{balance.contact_pairs} pairs of crack face nodes closed at the end"
