@@ -89,6 +89,13 @@ class Format(StrEnum):
     vtu = "vtu"
 
 
+class Kind(StrEnum):
+    """What files describe."""
+
+    scene = "scene"
+    study = "study"
+
+
 def _print_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"cfmpm {__version__}")
@@ -411,14 +418,18 @@ def study(
 
 
 @app.command()
-def schema() -> None:
-    """Print the JSON schema of scene files, for editors.
+def schema(
+    kind: Annotated[Kind, typer.Argument(help="which files are described")] = Kind.scene,
+) -> None:
+    """Print the JSON schema of scene or study files, for editors.
 
     Example: cfmpm schema > schema.json
     """
+    from cfmpm.scene.model import Scene
     from cfmpm.scene.schema import schema_text
+    from cfmpm.study.model import Study
 
-    typer.echo(schema_text(), nl=False)
+    typer.echo(schema_text(Scene if kind is Kind.scene else Study), nl=False)
 
 
 def main() -> None:

@@ -136,13 +136,13 @@ def _draw_errors(dataset: xr.Dataset, path: Path) -> None:
         a.set_xscale("log")
         a.set_xlim(1e-17, 1.0)
         a.set_title("error against what is known")
-        a.legend(loc="lower left", bbox_to_anchor=(0.0, 0.62))
+        a.legend(loc="upper center", bbox_to_anchor=(0.5, -0.03), ncols=2)
         rows = np.arange(solved.sizes["case"])
         b.barh(rows, solved.newton_iterations, color=BLUE, height=0.6, label="Newton iterations")
         b.plot(solved.substeps, rows, "|", color=VERMILLION, ms=7.0, mew=1.5, label="steps")
         b.set_xscale("log")
         b.set_title("finite deformation: iterations and steps")
-        b.legend(loc="lower right")
+        b.legend(loc="upper center", bbox_to_anchor=(0.5, -0.03), ncols=2)
         for one, drawn in ((a, compared), (b, solved)):
             _name_rows(one, drawn)
 
