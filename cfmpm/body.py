@@ -50,9 +50,12 @@ class SeveredError(Exception):
     grown : Grown
     """
 
-    def __init__(self, triangulation: Triangulation, grown: Grown) -> None:
+    def __init__(self, triangulation: Triangulation, grown: Grown, centre: Floats) -> None:
         self.triangulation, self.grown = triangulation, grown
-        super().__init__("severed: a part of the body is cut off, and the loads drive it away")
+        super().__init__(
+            f"severed: the part of the body around ({centre[0]:.4g}, {centre[1]:.4g}) is cut off, "
+            "and the loads drive it away"
+        )
 
 
 NOTHING_GROWN = Grown()
@@ -245,7 +248,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     try:
         return compose(scene, mesh, grid, points, domains, quadrature, grown)
     except UnheldError as unheld:
-        raise SeveredError(mesh, grown) from unheld
+        raise SeveredError(mesh, grown, unheld.centre) from unheld
 
 
 def update_owners(body: Body) -> None:

@@ -14,7 +14,7 @@ from cfmpm.fracture import cf, criteria
 from cfmpm.fracture.domains import FILL, sharp_bend
 from cfmpm.fracture.interaction import bent_faces, intensity_factors
 from cfmpm.fracture.opening import smallest_openings
-from cfmpm.grid import CrackTip, Floats, Grid, region_of
+from cfmpm.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.points import MaterialPoints
 
 
@@ -29,7 +29,8 @@ def evaluate_tips(
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
-    Finite deformation has no K and no T; there G is J.
+    Finite deformation has no K and no T, nor has a tip on the border of two materials; there G is
+    J.
 
     Parameters
     ----------
@@ -57,7 +58,9 @@ def evaluate_tips(
     openings = smallest_openings(grid, balance.displacement)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
-        region = region_of(grid, tip)
+        ahead = regions_ahead(grid, tip, tip.tangent)
+        region = ahead[0]
+        has_k = not (balance.finite or domain.on_border)
         near = _Neighbourhood.of(body, gradients, balance, nodal, tip, max(domain.radii))
         rings: list[dict[str, float]] = []
         for radius in domain.radii:
@@ -71,7 +74,7 @@ def evaluate_tips(
                 "cf_norm_radius": float(np.hypot(*force)),
                 "cf_angle_radius": cf.angle(force, tip),
             }
-            if not balance.finite:
+            if has_k:
                 faces = bent_faces(grid, balance.displacement, tip, radius, lame[region])
                 k = intensity_factors(
                     near.grid,
@@ -110,11 +113,16 @@ def evaluate_tips(
             radius = domain.radii[largest]
             row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
             row["J_plastic"] = cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
-        if not balance.finite:
-            row["kink_angle"] = criteria.max_hoop_angle(row["K_I"], row["K_II"])
+        if has_k:
+            k_1, k_2 = row["K_I"], row["K_II"]
+            row["kink_angle"] = criteria.max_hoop_angle(k_1, k_2)
+            rule = "max_hoop" if body.scene.growth is None else body.scene.growth.direction
+            row["G_kink"] = row["G"] * criteria.kink_factor(rule, k_1, k_2)
             toughness = g_c[region]
-            if toughness is not None and row["K_I"] > -abs(row["K_II"]):
-                row["critical_load_factor"] = criteria.critical_load_factor(row["G"], toughness)
+            if toughness is not None and k_1 > -abs(k_2):
+                row["critical_load_factor"] = criteria.critical_load_factor(
+                    row["G_kink"], toughness
+                )
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}

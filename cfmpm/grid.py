@@ -261,6 +261,27 @@ def _tips(
     return tips
 
 
-def region_of(grid: Grid, tip: CrackTip) -> int:
-    """Return the region of a triangle at a tip; rings around a tip do not leave it."""
-    return int(grid.regions[np.argmax((grid.triangles == tip.node).any(axis=1))])
+def regions_ahead(grid: Grid, tip: CrackTip, direction: Floats) -> list[int]:
+    """Return the regions of the triangles at a tip that a direction enters.
+
+    Parameters
+    ----------
+    grid : Grid
+    tip : CrackTip
+    direction : (2,) float
+        Unit vector.
+
+    Returns
+    -------
+    list of int
+        One, but for a direction along the border of two.
+    """
+    element, corner = np.nonzero(grid.triangles == tip.node)
+    inside = np.full(len(element), np.inf)
+    for step, sign in ((1, 1.0), (2, -1.0)):
+        side = grid.nodes[grid.triangles[element, (corner + step) % 3]] - grid.nodes[tip.node]
+        cross = side[:, 0] * direction[1] - side[:, 1] * direction[0]
+        inside = np.minimum(inside, sign * cross / np.hypot(*side.T))
+    # Outside by no more than round-off; the sector behind the tip passes too where it is wide.
+    entered = element[inside >= min(float(inside.max()), -1e-9)]
+    return np.unique(grid.regions[entered]).tolist()

@@ -25,7 +25,14 @@ from cfmpm.fracture.stability import STABILITY
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
 
-TIP_STATUS = ("growing", "stopped", "arrived_boundary", "arrived_hole", "arrived_crack")
+TIP_STATUS = (
+    "growing",
+    "stopped",
+    "arrived_boundary",
+    "arrived_hole",
+    "arrived_crack",
+    "severed",  # inside a body that another crack has cut apart
+)
 
 _STEP, _TIP, _RADIUS = ("step",), ("step", "tip"), ("step", "tip", "radius")
 _STRESS_INTENSITY = "MPa mm0.5"
@@ -50,6 +57,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "J_plastic": (_TIP, "N mm-1", "what plastic work adds to J, which is of the stored energy"),
     "J": (_TIP, "N mm-1", "domain integral along the crack tangent, largest ring"),
     "G": (_TIP, "N mm-1", "energy release rate from K_I and K_II, largest ring"),
+    "G_kink": (_TIP, "N mm-1", "what drives the tip in the direction in which it would kink"),
     "K_I": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest ring"),
     "K_II": (_TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest ring"),
     "T_stress": (_TIP, "MPa", "T-stress, largest ring"),
@@ -61,7 +69,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tip_drift": (_TIP, "mm", "distance of the material's tip from that of the grid, if reset"),
     "kink_angle": (_TIP, "degree", "angle of largest hoop stress from the crack tangent"),
     "min_opening": (_TIP, "mm", "smallest opening of the crack's faces, negative in overlap"),
-    "critical_load_factor": (_TIP, "1", "load factor at which G reaches g_c"),
+    "critical_load_factor": (_TIP, "1", "load factor at which G_kink reaches g_c"),
     "domain_radius": (_RADIUS, "mm", "radius of the domain, as used"),
     "J_radius": (_RADIUS, "N mm-1", "domain integral along the crack tangent"),
     "G_radius": (_RADIUS, "N mm-1", "energy release rate from K_I and K_II"),
@@ -124,7 +132,7 @@ LOAD_POWER = {
     **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
     "displacement": 1,
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),
-    **dict.fromkeys(("J", "G", "J_radius", "G_radius", "strain_energy"), 2),
+    **dict.fromkeys(("J", "G", "G_kink", "J_radius", "G_radius", "strain_energy"), 2),
 }
 # Quantities whose largest difference over the radii is stated as their spread.
 SPREAD = ("J", "G", "K_I", "K_II", "T_stress", "cf_norm", "cf_angle")

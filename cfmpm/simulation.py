@@ -274,8 +274,10 @@ def run(
             try:
                 body = bodies.release(body, decision.running)
             except bodies.SeveredError as severed:
-                record.add_severed(severed.triangulation, clock.lap(), decision, severed.grown)
-                ending = str(severed)
+                cut = record.add_severed(
+                    severed.triangulation, clock.lap(), decision, severed.grown
+                )
+                ending = f"{severed}; cut off by {' and '.join(cut)}"
                 break
             balance = mechanics.carry_over(balance, state.grid, body.grid)
             gradients = None
@@ -292,7 +294,7 @@ def _ending_without_balance(
     """Say why a run ends where no balance was found; empty where that is a failure."""
     growth_ = body.scene.growth
     if record.steps and growth_ and growth_.transfer == "paper":
-        record.add_severed(body.triangulation, {}, decision, body.grown)
+        record.add_severed(body.triangulation, {}, decision, body.grown, "stopped")
         return f"{UNSOLVABLE}: growth.transfer: paper took stiffness away; {error}"
     if record.steps and balance is not None and balance.finite:
         return f"{UNSTABLE}: {error}"

@@ -5,7 +5,8 @@ Snakemake reads the files by YAML 1.1, in which 1e-9 is text: use the validated 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -79,15 +80,64 @@ class LargeStrain(_Settings):
     )
 
 
+# Values of a scene by dotted keys, each with all that it takes.
+Axes = Annotated[dict[str, Annotated[list[Any], Field(min_length=1)]], Field(min_length=1)]
+
+
+def combinations(axes: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+    """All combinations of the values of axes, the last key fastest."""
+    for values in itertools.product(*axes.values()):
+        yield dict(zip(axes, values, strict=True))
+
+
+def each_value(axes: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+    """Combinations in which every value of every axis occurs; the others are then the first."""
+    first = {key: values[0] for key, values in axes.items()}
+    yield first
+    for key, values in axes.items():
+        for value in values[1:]:
+            yield first | {key: value}
+
+
+class StationaryProblem(_Settings):
+    """A scene whose answer is known."""
+
+    scene: str
+    exact: dict[Literal["G", "K_I", "K_II"], Positive] = Field(min_length=1)
+    solvers: list[str] = Field(description="of `solved`; those not installed are left out")
+    solved: dict[str, Axes] = Field(description="grids for all solvers and for scikit-fem")
+    axes: list[Axes] = Field(description="grids for cfmpm alone, by the solver that it chooses")
+    radii: list[Length] = Field(min_length=1, description="domain radii that are compared [mm]")
+
+    def all_axes(self) -> list[Axes]:
+        """Those of all solvers and those of cfmpm alone."""
+        return [*self.solved.values(), *self.axes]
+
+
+class PathProblem(_Settings):
+    """A scene whose crack grows along a path that is known."""
+
+    scene: str
+    reference: str = Field(description="file of points in workflows/reference")
+    axes: list[Axes]
+
+    def all_axes(self) -> list[Axes]:
+        """As given."""
+        return self.axes
+
+
 class WorkPrecision(_Settings):
     """Error against run time, of cfmpm and of scikit-fem on the same grids."""
 
-    scene: str
-    converged: Positive = Field(description="G of the plate of finite height [N/mm]")
-    radius: Length = Field(description="outer radius of the ring of J [mm]")
     repeats: int = Field(3, ge=1, description="runs of which the fastest counts")
-    solvers: list[str] = Field(description="those that are not installed are left out")
-    series: dict[str, list[Mesh]]
+    stationary: dict[str, StationaryProblem]
+    paths: dict[str, PathProblem]
+
+    @model_validator(mode="after")
+    def _problems_have_different_names(self) -> Self:
+        for name in self.stationary.keys() & self.paths.keys():
+            raise ValueError(f"paths: there is a stationary problem {name} too")
+        return self
 
 
 class Scaling(_Settings):
@@ -96,6 +146,7 @@ class Scaling(_Settings):
     scene: str
     solver: str = "auto"
     repeats: int = Field(2, ge=1)
+    threads: list[Annotated[int, Field(ge=1)]] = Field(min_length=1)
     series: dict[str, list[Mesh]]
 
 
@@ -200,10 +251,15 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
         for case in group.cases.values():
             if case.grid is None and case.ends != "refused":
                 load_scene(settings.stability.scene, {**group.replaced, **case.replaced})
-    for block in (settings.work_precision, settings.scaling):
-        for listed in block.series.values():
-            for mesh in listed:
-                scene_with(block.scene, mesh)
+    for listed in settings.scaling.series.values():
+        for mesh in listed:
+            scene_with(settings.scaling.scene, mesh)
+    work = settings.work_precision
+    for problem in (*work.stationary.values(), *work.paths.values()):
+        for axes in problem.all_axes():
+            # All combinations would take seconds: the job reads them, before it runs any.
+            for replaced in each_value(axes):
+                load_scene(problem.scene, replaced)
     return settings
 
 

@@ -120,6 +120,39 @@ def max_energy_angle(k_1: float, k_2: float) -> float:
     )
 
 
+def kink_factor(rule: str, k_1: float, k_2: float) -> float:
+    """Return what drives a tip that kinks, as a factor on its energy release rate before.
+
+    Parameters
+    ----------
+    rule : {"max_hoop", "max_energy", "cf"}
+        Which tells the direction.
+    k_1, k_2 : float
+        Stress intensity factors, in any one unit.
+
+    Returns
+    -------
+    float
+        max_hoop: the square of the stress intensity of the largest hoop stress, (K_I cos^2(a/2) -
+        3/2 K_II sin(a)) cos(a/2) (Erdogan and Sih 1963); max_energy: the energy release rate of the
+        kink (Amestoy and Leblond 1992); cf: 1. Also 1 where the crack runs straight on; nan where
+        it is pressed shut more than sheared.
+    """
+    before = k_1 * k_1 + k_2 * k_2
+    if rule == "cf" or before == 0.0:
+        return 1.0
+    if rule == "max_energy":
+        angle = max_energy_angle(k_1, k_2)
+        return (
+            math.nan
+            if math.isnan(angle)
+            else math.hypot(*kinked_factors(k_1, k_2, angle)) ** 2 / before
+        )
+    turn = math.radians(max_hoop_angle(k_1, k_2))
+    hoop = k_1 * math.cos(0.5 * turn) ** 2 - 1.5 * k_2 * math.sin(turn)
+    return (hoop * math.cos(0.5 * turn)) ** 2 / before
+
+
 def critical_load_factor(energy_release_rate: float, g_c: float) -> float:
     """Return the factor on the present load at which a linear scene reaches g_c.
 

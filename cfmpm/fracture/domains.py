@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cfmpm.errors import Problem, SceneError
-from cfmpm.grid import CrackTip, Floats, Grid
+from cfmpm.grid import CrackTip, Floats, Grid, Ints
 
 # Part of the clearance of a tip that a domain may fill: the nodes on what lies there stay out.
 FILL = 0.9
@@ -27,6 +27,8 @@ RESOLVED = 4.0
 # section 5.2 the error of the direction is the same from 5 elements down to 2.1 (T3 1.4, T6 0.4 deg
 # at most, on four grids); from 1.6 on it doubles with each segment, to 2 and then 23 deg.
 STEERABLE = 2.0
+# Cosine of the angle from the tangent within which what is nearest lies ahead.
+AHEAD = np.sqrt(0.5)
 # A bend of the crack by more than this [rad] counts as a corner.
 SHARP = np.radians(20.0)
 
@@ -46,7 +48,14 @@ class Domains:
     growing : bool
         Whether the tip runs.
     elements : float
-        How many elements the largest radius reaches over that is also free of sharp bends.
+        How many the largest radius reaches over.
+    since_bend : float
+        How many elements the nearest sharp bend of the crack is away.
+    on_border : bool
+        Whether a running tip lies on the border of two materials. Its field there is not that of
+        K_I and K_II.
+    runs_at : bool
+        Whether what is nearest lies ahead, within 45 degrees.
     """
 
     radii: tuple[float, ...]
@@ -54,11 +63,20 @@ class Domains:
     cut_back: bool
     growing: bool = False
     elements: float = np.inf
+    since_bend: float = np.inf
+    on_border: bool = False
+    runs_at: bool = False
 
     @property
     def steers(self) -> bool:
-        """Whether the domain can tell where a running tip turns to."""
-        return self.elements >= STEERABLE
+        """Whether the domain can tell where a running tip turns to.
+
+        A tip that passes something close by is turned by what the domain says even so: that it
+        bends towards a hole is coarse then, but true.
+        """
+        if self.on_border or self.since_bend < STEERABLE:
+            return False
+        return self.elements >= STEERABLE or not self.runs_at
 
 
 def choose_domains(
@@ -88,7 +106,8 @@ def choose_domains(
     SceneError
         Where a tip that does not run lies on the border of another material.
     """
-    clearance = tip_clearance(grid, tip, growing=growing)
+    way = _to_obstacle(grid, tip, growing=growing)
+    clearance = float(np.hypot(*way))
     largest = FILL * clearance
     cut_back = False
     if isinstance(wanted, int):
@@ -98,8 +117,16 @@ def choose_domains(
         factor = min(1.0, largest / max(wanted))
         cut_back = factor < 1.0
         radii = tuple(factor * r for r in wanted)
-    elements = min(max(radii), FILL * sharp_bend(tip)) / tip.h
-    return Domains(radii, clearance, cut_back, growing, elements)
+    return Domains(
+        radii,
+        clearance,
+        cut_back,
+        growing,
+        elements=max(radii) / tip.h,
+        since_bend=sharp_bend(tip) / tip.h,
+        on_border=bool((_borders(grid) == tip.node).any()),
+        runs_at=bool((way * tip.tangent).sum() > AHEAD * clearance),
+    )
 
 
 def _fractions(count: int) -> Floats:
@@ -112,36 +139,44 @@ def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
     That is the outline, a hole, another crack, a bend or the other end of its own crack, the
     border of another material, and a point at which a force or a support acts.
     """
+    return float(np.hypot(*_to_obstacle(grid, tip, growing=growing)))
+
+
+def _to_obstacle(grid: Grid, tip: CrackTip, *, growing: bool) -> Floats:
+    """Vector from a tip to the nearest of what limits its clearance [mm], (2,)."""
     x = grid.nodes[tip.node]
     # A growing crack bends all the time: what counts is the other end of its line.
-    distances = [float(np.hypot(*(tip.path[-1] - x))) if growing else tip.straight]
-    distances.append(_distance_to_own_flank(tip))
+    ways = [tip.path[-1] - x if growing else -tip.straight * tip.tangent, _to_own_flank(tip)]
     obstacles = [edges[:, :2] for edges in grid.edges.values()]
     for name, faces in grid.crack_faces.items():
         if name != tip.crack:
             obstacles.append(grid.edge_nodes(faces[:, 0])[:, :2])
-    if len(grid.region_names) > 1:
-        element, side = np.nonzero(grid.twins >= 0)
-        across = grid.regions[grid.twins[element, side] // 3]
-        border = across != grid.regions[element]
-        borders = grid.edge_nodes(3 * element[border] + side[border])[:, :2]
-        meeting = (borders == tip.node).any(axis=1)
-        if meeting.any() and not growing:
-            reason = (
-                f"the tip {tip.name} lies on the border of another material, where its field is "
-                "not that of K_I and K_II, which cfmpm knows; end the crack off the border"
-            )
-            raise SceneError([Problem(reason, "geometry.cracks")])
-        # A crack that crosses a border ends on it for one increment, and sees both materials.
-        if not meeting.any():
-            obstacles.append(borders)
-    for edges in obstacles:
-        if len(edges):
-            distances.append(_distance_to_segments(x, grid.nodes[edges]))
+    borders = _borders(grid)
+    meeting = (borders == tip.node).any()
+    if meeting and not growing:
+        reason = (
+            f"the tip {tip.name} lies on the border of another material, where its field is "
+            "not that of K_I and K_II, which cfmpm knows; end the crack off the border"
+        )
+        raise SceneError([Problem(reason, "geometry.cracks")])
+    # A crack that crosses a border ends on it for one increment, and sees both materials.
+    if not meeting:
+        obstacles.append(borders)
+    ways += [_to_segments(x, grid.nodes[edges]) for edges in obstacles if len(edges)]
     points = [node for node in grid.points.values() if node != tip.node]
     if points:
-        distances.append(float(np.hypot(*(grid.nodes[points] - x).T).min()))
-    return float(min(distances))
+        ways.append(min(grid.nodes[points] - x, key=lambda way: np.hypot(*way)))
+    return min(ways, key=lambda way: np.hypot(*way))
+
+
+def _borders(grid: Grid) -> Ints:
+    """Node pairs on the borders of materials, (k, 2)."""
+    if len(grid.region_names) == 1:
+        return np.empty((0, 2), np.int64)
+    element, side = np.nonzero(grid.twins >= 0)
+    across = grid.regions[grid.twins[element, side] // 3]
+    border = across != grid.regions[element]
+    return grid.edge_nodes(3 * element[border] + side[border])[:, :2]
 
 
 def sharp_bend(tip: CrackTip) -> float:
@@ -158,18 +193,21 @@ def sharp_bend(tip: CrackTip) -> float:
     return float(np.hypot(*corners.T).min(initial=np.inf))
 
 
-def _distance_to_own_flank(tip: CrackTip) -> float:
-    """Distance from a tip to a part of its own crack that comes back to it; else infinite."""
+def _to_own_flank(tip: CrackTip) -> Floats:
+    """Vector from a tip to a part of its own crack that comes back to it; else infinite, (2,)."""
     away = tip.path - tip.path[0]
     distance = np.hypot(*away.T)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(away, axis=0).T))])
     # What is twice as far by the crack as it is straight across lies on another flank.
     back = np.flatnonzero(along > 2.0 * distance * (1.0 + 1e-9))
-    return float(distance[back].min(initial=np.inf))
+    if back.size == 0:
+        return np.full(2, np.inf)
+    return away[back[np.argmin(distance[back])]]
 
 
-def _distance_to_segments(x: Floats, segments: Floats) -> float:
-    """Smallest distance from a point to segments (k, 2, 2)."""
+def _to_segments(x: Floats, segments: Floats) -> Floats:
+    """Vector from a point to the nearest point of segments (k, 2, 2), (2,)."""
     a, d = segments[:, 0], segments[:, 1] - segments[:, 0]
     along = np.clip(((x - a) * d).sum(axis=1) / (d * d).sum(axis=1), 0.0, 1.0)
-    return float(np.hypot(*(a + along[:, None] * d - x).T).min())
+    ways = a + along[:, None] * d - x
+    return ways[np.argmin(np.hypot(*ways.T))]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cfmpm.fracture import criteria, fatigue
 from cfmpm.fracture.fatigue import Progress
-from cfmpm.grid import CrackTip, Floats, Grid, region_of
+from cfmpm.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.scene.model import Fatigue, Growth
 
 # Tips whose criteria differ by less than this part run together under crack control: twins of a
@@ -93,7 +93,13 @@ def decide(
         return Decision(load_factor, {})
     if not grid.tips and law is None:
         return Decision(load_factor if growth.control == "load" else math.nan, {})
-    part = _part_of_toughness(grid, values, g_c, growth, scale)
+    heading = {
+        tip.name: tip.tangent
+        if tip.name in blind or shut
+        else direction(tip, {name: value[i] for name, value in values.items()}, growth)
+        for i, (tip, shut) in enumerate(zip(grid.tips, _shut(values), strict=True))
+    }
+    part = _part_of_toughness(grid, values, heading, g_c, growth, scale)
     progress = None
     if law is not None:
         progress, runs = _advance(grid, values, part, last, law, grown or {})
@@ -106,11 +112,7 @@ def decide(
     if growth.tips == "largest":
         runs &= part == part.max()
     tangents = {
-        tip.name: tip.tangent
-        if tip.name in blind
-        else direction(tip, {name: value[i] for name, value in values.items()}, growth)
-        for i, tip in enumerate(grid.tips)
-        if runs[i]
+        tip.name: heading[tip.name] for tip, run in zip(grid.tips, runs, strict=True) if run
     }
     known = {} if last is None else last.tangents
     before = {name: known[name] for name in known if growth.order == 2 and name not in blind}
@@ -124,16 +126,26 @@ def decide(
 def _part_of_toughness(
     grid: Grid,
     values: Mapping[str, Any],
+    heading: Mapping[str, Floats],
     g_c: Sequence[float | None],
     growth: Growth,
     scale: float,
 ) -> Floats:
-    """Divide what drives each tip by its toughness; nan where there is none, (tip,)."""
+    """Divide what drives each tip by the toughness of what it runs into; nan without one, (tip,).
+
+    Of two materials, along whose border it runs, the weaker one counts.
+    """
     if not grid.tips:
         return np.empty(0)
-    toughness = np.array([g_c[region_of(grid, tip)] for tip in grid.tips], float)
-    driving = np.asarray(values["G" if growth.criterion == "energy_release_rate" else "cf_norm"])
-    return np.where(_shut(values), 0.0, scale**2 * driving) / toughness
+    toughness = np.array(g_c, float)
+    ahead = [regions_ahead(grid, tip, heading[tip.name]) for tip in grid.tips]
+    weakest = np.array([toughness[regions].min() for regions in ahead])
+    driving = np.asarray(values["cf_norm"], float)
+    if growth.criterion == "energy_release_rate":
+        driving = np.asarray(values["G"], float)
+        if "G_kink" in values:
+            driving = np.where(np.isnan(values["G_kink"]), driving, values["G_kink"])
+    return np.where(_shut(values), 0.0, scale**2 * driving) / weakest
 
 
 def _advance(
@@ -146,14 +158,14 @@ def _advance(
 ) -> tuple[Progress, NDArray[np.bool_]]:
     """Count the cycles so far, and find which tips fatigue lets run next."""
     names = [tip.name for tip in grid.tips]
-    spans = (
-        [
-            0.0 if shut else fatigue.stress_range(law, float(k_1), float(k_2))
-            for shut, k_1, k_2 in zip(_shut(values), values["K_I"], values["K_II"], strict=True)
-        ]
-        if names
-        else []
-    )
+    known = {} if last is None or last.progress is None else last.progress.ranges
+    spans = []
+    for i, name in enumerate(names):
+        k_1, k_2 = float(values["K_I"][i]), float(values["K_II"][i])
+        if math.isnan(k_1):  # on the border of two materials: as it came there
+            spans.append(known.get(name, 0.0))
+        else:
+            spans.append(0.0 if _shut(values)[i] else fatigue.stress_range(law, k_1, k_2))
     ranges = dict(zip(names, spans, strict=True))
     rates = {name: fatigue.growth_rate(law, span) for name, span in ranges.items()}
     cycles, owed = fatigue.count(None if last is None else last.progress, grown, rates)
@@ -171,7 +183,7 @@ def _shut(values: Mapping[str, Any]) -> NDArray[np.bool_]:
     Finite deformation knows no K; there, faces that press on each other leave J what shear makes.
     """
     if "K_I" not in values:
-        return np.zeros(len(values["J"]), bool)
+        return np.zeros(len(values.get("J", ())), bool)
     return np.asarray(values["K_I"]) <= -np.abs(values["K_II"])
 
 

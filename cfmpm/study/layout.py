@@ -25,7 +25,7 @@ OF_MEMBERS: dict[str, tuple[str, str]] = {
 }
 # Of stationary and of growing cracks.
 AT_START: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "fracture_load_factor": ((), "1", "load factor at which G reaches g_c at the first tip"),
+    "fracture_load_factor": ((), "1", "load factor at which G_kink reaches g_c at the first tip"),
 }
 # Of growing cracks alone, from their steps.
 FROM_STEPS: dict[str, tuple[tuple[str, ...], str, str]] = {

@@ -87,7 +87,7 @@ def test_short_wings_have_the_factors_of_the_kink(traction, kink, allowed):
     np.testing.assert_allclose(limit, kinked_factors(*before, kink), atol=allowed * k_0)
 
 
-@pytest.mark.parametrize(("wing", "allowed"), [(0.02, 0.02), (0.1, 0.02), (0.5, 0.09), (1.0, 0.05)])
+@pytest.mark.parametrize(("wing", "allowed"), [(0.02, 0.02), (0.1, 0.03), (0.5, 0.09), (1.0, 0.05)])
 def test_wings_of_a_crack_under_pressure(wing, allowed):
     """K_I against 2 c tau sin(theta) / (pi (l + 0.27 c))^0.5 - p (pi l)^0.5.
 

@@ -21,12 +21,12 @@ rule:
     name:
         "work-precision"
     input:
-        "results/performance/work_precision.png",
+        rules.work_precision_figures.output.page,
 
 
 rule work_precision:
     input:
-        "results/performance/work_precision.png",
+        rules.work_precision_figures.output.page,
 
 
 rule scaling:
