@@ -28,6 +28,7 @@ def plate(length, loads, mesh=GRADED, **more):
                     "cracks": [{"points": [[0, 55], [length, 55]]}],
                 },
                 "material": {"E": 1000.0, "nu": 0.25},
+                "kinematics": "small",
                 "loads": loads,
                 "mesh": mesh,
                 "fracture": {"radii": 3},
@@ -215,6 +216,7 @@ def test_symmetric_pull_is_pure_opening_and_mirror_images_are_equal():
                 "cracks": [{"points": [[0, 55], [-40, 55]]}],
             },
             "material": {"E": 1000.0, "nu": 0.25},
+            "kinematics": "small",
             "loads": [
                 {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
                 {"edge": "top", "traction": [-0.4, 1.0]},
@@ -232,6 +234,7 @@ def test_symmetric_pull_is_pure_opening_and_mirror_images_are_equal():
                 "name": "symmetric",
                 "family": {"kind": "single_edge", "width": 100, "height": 110, "crack_length": 40},
                 "material": {"E": 1000.0, "nu": 0.25},
+                "kinematics": "small",
                 "loads": pull,
                 "mesh": GRADED,
             }
