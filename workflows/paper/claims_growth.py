@@ -64,8 +64,9 @@ def _straight(e: Evidence, kind: str, n: int, label: str) -> Claim:
         "0 deg by symmetry",
         f"ends at y = {path[-1, 1]:.1f} mm ({str(run.ending.values).split(':')[0]})",
         _grade(*held),
-        f"crosses the plate and ends within 2 mm; angles of all {len(angles)} segments: in front of "
-        "the free edge, where its domain reaches over less than two elements, a tip goes straight on",
+        "crosses the plate and ends within 2 mm; angles of all segments: where its "
+        "domain reaches over less than two elements, in front of the free edge, a tip goes straight "
+        "on",
         error=f"largest {largest:.2f}, mean {mean:.2f} deg; end {off:+.1f} mm off the middle",
         figures="9 10" if kind == "cf" else "10",
     )
@@ -279,10 +280,10 @@ def _balance(run: xr.Dataset) -> Claim:
         f"mm/mm at held grips, of which g_c takes {toughness:.2f}; the load of the next growth is "
         f"{load[first] / load[first - 1]:.1f} times as high",
         "yes" if before <= 0.005 and at_held_grips > toughness else "no",
-        "within 0.5 % up to the arrival, and the last ligament breaks by itself: the straight line "
-        "between two states, along which work is summed, is then not the way between them",
+        "within 0.5 % up to the arrival, and the last ligament breaks by itself, at held grips: what "
+        "it sets free beyond g_c goes into motion",
         error=f"within {100 * before:.2f} % of the work up to the first arrival; that increment "
-        f"adds {100 * (missing[first] - missing[first - 1]):.1f} %",
+        f"loses {100 * (missing[first] - missing[first - 1]):.1f} %",
     )
 
 
