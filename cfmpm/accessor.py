@@ -115,7 +115,7 @@ class History:
         SceneError
             Where that is damaged.
         """
-        from cfmpm.scene import parse_override, scene_from_dict
+        from cfmpm.scene import scene_from_dict
 
         of_study = "base" in self._history.attrs
         name = "base" if of_study else "config"
@@ -124,19 +124,22 @@ class History:
             config: dict[str, Any] = json.loads(self._history.attrs[name])
         except ValueError:
             raise SceneError([Problem(f"its attribute {name} is damaged", file=place)]) from None
-        values = {
-            key: value.item() if value.dtype.kind in "fi" else parse_override(f"{key}={value}")[1]
-            for key, value in self._parameters().items()
-        }
+        values = self._parameters() if of_study else {}
         return scene_from_dict(config, f"{place}: {name}", values)
 
-    def _parameters(self) -> dict[str, NDArray[Any]]:
-        """Values of the parameters of a member of a study, by the keys they set."""
-        return {
-            str(one.attrs["key"]): one.values
-            for one in self._history.coords.values()
-            if one.ndim == 0 and "key" in one.attrs
-        }
+    def _parameters(self) -> dict[str, Any]:
+        """What a member of a study has in place of the values of its base, by key."""
+        from cfmpm.study.expansion import axes
+        from cfmpm.study.model import Study
+
+        study = Study.model_validate(json.loads(self._history.attrs["study"]))
+        keys = {name: parameter.key for _, name, parameter in study.parameters()}
+        values = dict(study.replace)
+        for axis in axes(study):
+            for name, labels in axis.labels.items():
+                at = labels.index(self._history[name].item())
+                values[keys[name]] = axis.values[name][at]
+        return values
 
     def path(self) -> dict[str, NDArray[np.float64]]:
         """Return where each tip has been.

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 WRONG_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+# So many take about ten seconds to make.
+MANY_TRIANGLES = 1e5
 
 
 class _Commands(TyperGroup):
@@ -87,6 +89,13 @@ class Format(StrEnum):
     vtu = "vtu"
 
 
+class Kind(StrEnum):
+    """What files describe."""
+
+    scene = "scene"
+    study = "study"
+
+
 def _print_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"cfmpm {__version__}")
@@ -133,6 +142,8 @@ def run(
     scene = load_scene(scene_file, overrides)
     folder = output or Path("results") / scene.name
     with held(folder), starting(folder, overwrite=overwrite), _placed(scene, scene_file, overrides):
+        if not quiet:
+            _announce_size(scene)
         _solve(scene, folder, None, quiet=quiet, verbose=verbose)
 
 
@@ -253,6 +264,7 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
 
     overrides = _overrides(set_)
     scene = load_scene(scene_file, overrides)
+    _announce_size(scene)
     with _placed(scene, scene_file, overrides):
         start = body.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
@@ -406,14 +418,18 @@ def study(
 
 
 @app.command()
-def schema() -> None:
-    """Print the JSON schema of scene files, for editors.
+def schema(
+    kind: Annotated[Kind, typer.Argument(help="which files are described")] = Kind.scene,
+) -> None:
+    """Print the JSON schema of scene or study files, for editors.
 
     Example: cfmpm schema > schema.json
     """
+    from cfmpm.scene.model import Scene
     from cfmpm.scene.schema import schema_text
+    from cfmpm.study.model import Study
 
-    typer.echo(schema_text(), nl=False)
+    typer.echo(schema_text(Scene if kind is Kind.scene else Study), nl=False)
 
 
 def main() -> None:
@@ -533,6 +549,19 @@ def _placed(scene: Scene, scene_file: Path, overrides: dict[str, Any]) -> Iterat
         yield
     except SceneError as error:
         raise placed(error, scene, scene_file, overrides) from None
+
+
+def _announce_size(scene: Scene) -> None:
+    """Say how many triangles are coming, where they take their time."""
+    from cfmpm.meshing import expected_triangles
+
+    expected = expected_triangles(scene)
+    if expected is not None and expected > MANY_TRIANGLES:
+        typer.echo(
+            f"about {expected:.2g} triangles are being made, which takes a while; a larger "
+            "mesh.size makes fewer",
+            err=True,
+        )
 
 
 def _log_phase(phase: str) -> None:

@@ -19,7 +19,9 @@ class Problem:
 
     def __str__(self) -> str:
         place = ":".join(str(p) for p in (self.file, self.line, self.column) if p not in ("", None))
-        return ": ".join(p for p in (place, self.key, self.reason) if p)
+        # An override is called by its key.
+        key = "" if place == f"override {self.key}" else self.key
+        return ": ".join(p for p in (place, key, self.reason) if p)
 
 
 class SceneError(ValueError):

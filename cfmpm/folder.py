@@ -25,7 +25,7 @@ _OF_STEPS = re.compile(r"fields_\d{4,}\.nc")
 _ASIDE = re.compile(r"\.(history|checkpoint|fields(_\d{4,}|_index)?)\.np?[cz]\.[0-9a-f]{8}\.part")
 # What `cfmpm plot` and `cfmpm export` make of a run.
 _PICTURES = ("scene", "deformed", "paths", "cf", "factors", "angles", "energy", "load", "cycles")
-_PICTURES_OF_TIPS = ("mesh", "cf", "radii")
+_PICTURES_OF_TIPS = ("mesh", "cf", "radii", "steps")
 _FILM, _EXPORT = "growth.gif", "vtu"
 _EXPORTED = re.compile(r"(grid|points|cracks)(_\d{4,}\.vtu|\.pvd)")
 

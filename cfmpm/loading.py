@@ -23,7 +23,17 @@ BALANCE = 1e-9
 
 
 class UnheldError(SceneError):
-    """A part of the body is free to move, and the loads drive it."""
+    """A part of the body is free to move, and the loads drive it.
+
+    Attributes
+    ----------
+    centre : (2,) float
+        Of the nodes of that part [mm].
+    """
+
+    def __init__(self, problems: list[Problem], centre: Floats) -> None:
+        self.centre = centre
+        super().__init__(problems)
 
 
 @dataclass(frozen=True)
@@ -259,7 +269,8 @@ def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats
         resultant = np.einsum("km,k->m", modes, force[nodes].ravel())
         scale = np.abs(force[nodes]).sum()
         if np.abs(loose @ resultant).max() > BALANCE * scale:
-            raise UnheldError([Problem(_unheld(grid, nodes, force[nodes]), "loads")])
+            reason = _unheld(grid, nodes, force[nodes])
+            raise UnheldError([Problem(reason, "loads")], x.mean(axis=0))
         motions = np.einsum("km,lm->kl", modes, loose)
         for _ in loose:
             # Hold what moves most, and take from all others what that holds of them.

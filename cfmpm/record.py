@@ -19,6 +19,9 @@ from cfmpm.fracture.growth import Decision
 from cfmpm.grid import Triangulation
 from cfmpm.scene.model import Scene
 
+# What a tip inside a body does.
+_INSIDE = ("growing", "stopped")
+
 
 @dataclass(frozen=True)
 class Origin:
@@ -136,7 +139,8 @@ class Record:
         seconds: Mapping[str, float],
         decision: Decision | None,
         grown: Grown,
-    ) -> None:
+        inside: str = "severed",
+    ) -> list[str]:
         """Add the last position of the cracks, after which a part of the body is free.
 
         Parameters
@@ -146,11 +150,25 @@ class Record:
         decision : Decision or None
             The one that made it.
         grown : Grown
+        inside : {"severed", "stopped"}
+            What to call tips that have not arrived.
+
+        Returns
+        -------
+        list of str
+            The cracks that have arrived in this step.
         """
         values = self._of_line_ends(triangulation)
+        status, (growing, stopped) = values["tip_status"], map(results.TIP_STATUS.index, _INSIDE)
+        arrived = status != stopped
+        status[~arrived] = results.TIP_STATUS.index(inside)
+        if self.steps:
+            arrived &= self.steps[-1].values["tip_status"] == growing
         if decision is not None and decision.progress is not None:
             values["cycles"], _ = fatigue.count(decision.progress, grown.segments, {})
         self.steps.append(results.StepRecord(np.nan, values, seconds))
+        cracks = [crack for crack, _ in self.origin.tips.values()]
+        return list(dict.fromkeys(np.array(cracks)[arrived].tolist()))
 
     def history(self, ending: str) -> xr.Dataset:
         """Gather the record into a dataset.

@@ -22,6 +22,11 @@ from cfmpm.motion import Motion
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene.model import Growth, Scene
 
+# What materials have, widened to round numbers: Young's modulus from flexible foams (1 MPa) to
+# diamond (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and
+# Jones, Engineering Materials 1, tables of Young's modulus and of toughness.
+USUAL = {"E": (1.0, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
+
 # Angle between a segment and the direction asked for [deg] that is worth a warning.
 DEVIATION = 5.0
 # How many elements a ligament needs that a crack is to pass through.
@@ -144,6 +149,34 @@ def _kinematics(balance: Equilibrium) -> str:
     return f"{chosen}; by estimate finite deformation changes the energy as finite_effect says"
 
 
+def unusual(scene: Scene) -> list[str]:
+    """Name the constants of materials that look as if they were in other units.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+
+    Returns
+    -------
+    list of str
+        Hints: a scene may have such a material.
+    """
+    part = scene.geometry or scene.mesh_file
+    materials = {"": scene.material}
+    materials |= {f"{region.name}: ": region.material for region in (part.regions if part else [])}
+    found = []
+    for name, material in materials.items():
+        for key, (low, high, unit) in USUAL.items():
+            value = getattr(material, key)
+            if value is not None and not low <= value <= high:
+                found.append(
+                    f"{name}material.{key}: {value:g} {unit} is outside of {low:g} to {high:g} "
+                    f"{unit}, which materials have; is it meant in {unit}?"
+                )
+    return found
+
+
 def doubts_before(body: Body) -> list[str]:
     """Name what is doubtful already before a solve.
 
@@ -156,7 +189,7 @@ def doubts_before(body: Body) -> list[str]:
     list of str
     """
     grid = body.grid
-    found = list(body.loading.warnings)
+    found = [*unusual(body.scene), *body.loading.warnings]
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
             found.append(

@@ -25,7 +25,14 @@ from cfmpm.fracture.stability import STABILITY
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
 
-TIP_STATUS = ("growing", "stopped", "arrived_boundary", "arrived_hole", "arrived_crack")
+TIP_STATUS = (
+    "growing",
+    "stopped",
+    "arrived_boundary",
+    "arrived_hole",
+    "arrived_crack",
+    "severed",  # inside a body that another crack has cut apart
+)
 
 _STEP, _TIP, _RADIUS = ("step",), ("step", "tip"), ("step", "tip", "radius")
 _STRESS_INTENSITY = "MPa mm0.5"

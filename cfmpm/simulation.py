@@ -274,8 +274,15 @@ def run(
             try:
                 body = bodies.release(body, decision.running)
             except bodies.GrowthEndError as end:
-                record.add_severed(end.triangulation, clock.lap(), decision, end.grown)
-                ending = str(end)
+                severed = isinstance(end, bodies.SeveredError)
+                cut = record.add_severed(
+                    end.triangulation,
+                    clock.lap(),
+                    decision,
+                    end.grown,
+                    "severed" if severed else "stopped",
+                )
+                ending = f"{end}; cut off by {' and '.join(cut)}" if severed else str(end)
                 break
             balance = mechanics.carry_over(balance, state.grid, body.grid)
             gradients = None
@@ -292,7 +299,7 @@ def _ending_without_balance(
     """Say why a run ends where no balance was found; empty where that is a failure."""
     growth_ = body.scene.growth
     if record.steps and growth_ and growth_.transfer == "paper":
-        record.add_severed(body.triangulation, {}, decision, body.grown)
+        record.add_severed(body.triangulation, {}, decision, body.grown, "stopped")
         return f"{UNSOLVABLE}: growth.transfer: paper took stiffness away; {error}"
     if record.steps and balance is not None and balance.finite:
         return f"{UNSTABLE}: {error}"

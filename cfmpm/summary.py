@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.body import Body
+from cfmpm.grid import Grid
 from cfmpm.remarks import balance_without_jumps, doubts_before
 from cfmpm.scene import Scene
 from cfmpm.simulation import Result
@@ -121,13 +122,23 @@ def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -
         *_sizes(start),
         ("unknowns", f"{int((~start.loading.prescribed).sum())}"),
         ("solver", solver),
-        *_list("tips", tips),
+        *_list("tips", tips + _with_two_tips(start.grid)),
         *_list("growth", _growth_plan(start.scene)),
         *_list("doubtful", doubts_before(start)),
         *_list("left out", left_out),
         ("written", str(written)),
     ]
     return f"{_heading(start)}\n\n{_facts(facts)}"
+
+
+def _with_two_tips(grid: Grid) -> list[str]:
+    """Which cracks are closed at both ends: one was perhaps meant to be open at an edge."""
+    cracks = [tip.crack for tip in grid.tips]
+    return [
+        f"{name} has two tips: neither end is on an edge or a hole"
+        for name in dict.fromkeys(cracks)
+        if cracks.count(name) == 2
+    ]
 
 
 def _growth_plan(scene: Scene) -> list[str]:

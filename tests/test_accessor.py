@@ -197,9 +197,13 @@ def test_a_member_of_a_study_has_its_own_scene(tmp_path: Path, axes: Axes) -> No
     study = {
         "name": "both",
         "base": "base.yaml",
+        "replace": {"material.nu": 0.2},
         "product": {
             "E": {"key": "material.E", "values": [1e5, 2e5]},
-            "growth": {"key": "growth", "values": [{"control": "crack", "increments": 1}]},
+            "growth": {
+                "key": "growth",
+                "values": {"one": {"control": "crack", "increments": 1}},
+            },
             "element": {"key": "mesh.element", "values": ["T3", "T6"]},
         },
     }

@@ -297,6 +297,20 @@ def test_a_run_that_breaks_off_keeps_what_it_found(
         )
 
 
+def test_a_run_that_ends_without_balance_is_no_success(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The paper's transfer may leave a grid that cannot be solved: a stated end, and status 1."""
+    break_off_at(monkeypatch, 3, SolveError("no balance"))
+    result = call("run", scene_file, "--set", "growth.transfer=paper")
+    assert result.exit_code == 1
+    assert "cfmpm: unsolvable: growth.transfer: paper took stiffness away" in result.stderr
+    assert "What was found before is in results/small/history.nc" in result.stderr
+    with xr.open_dataset("results/small/history.nc") as history:
+        assert history.attrs["ending"].startswith("unsolvable")
+    assert not Path("results/small", CHECKPOINT).exists()
+
+
 def test_a_run_that_fails_at_once_leaves_nothing(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -244,6 +244,39 @@ class TestCheck:
             assert word in result.stdout
         assert Path("results/small/scene.png").read_bytes().startswith(b"\x89PNG")
 
+    def test_says_what_looks_like_another_unit(self, scene: Path) -> None:
+        assert "is outside of" not in call("check", scene).stdout
+        for command in ("check", "run"):
+            result = call(command, scene, "--set", "material={E: 210e9, nu: 0.3, g_c: 2500}")
+            said = " ".join(result.stdout.split())
+            assert "material.E: 2.1e+11 MPa is outside of 1 to 2e+06 MPa" in said
+            assert "material.g_c: 2500 N/mm is outside of 0.001 to 1000 N/mm" in said
+
+    def test_says_which_crack_has_two_tips(self, scene: Path) -> None:
+        assert "two tips" not in call("check", scene).stdout
+        scene.write_text(
+            "name: two\n"
+            "geometry: {outline: [[0, 0], [10, 0], [10, 20], [0, 20]],\n"
+            "  cracks: [{points: [[1, 10], [5, 10]]}]}\n"
+            "material: {E: 210e3, nu: 0.3}\n"
+            "loads: [{edge: edge_1, traction: [0, -1]}, {edge: edge_3, traction: [0, 1]}]\n"
+            "mesh: {size: 2}\n"
+        )
+        said = call("check", scene).stdout
+        assert "crack_1 has two tips: neither end is on an edge or a hole" in said
+
+    @pytest.mark.parametrize("command", ["run", "check"])
+    def test_says_how_many_triangles_are_coming(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch, command: str
+    ) -> None:
+        def give_up(*_: object) -> None:
+            raise MeshError("no time")
+
+        monkeypatch.setattr(body, "triangulate", give_up)
+        result = call(command, scene, "--set", "mesh.size=0.02")
+        assert "about 1.2e+06 triangles are being made" in result.stderr
+        assert "triangles" not in call(command, scene).stderr
+
     def test_unknowns_are_those_of_the_run(self, scene: Path) -> None:
         checked = call("check", scene).stdout
         call("run", scene)

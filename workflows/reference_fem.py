@@ -1,7 +1,7 @@
-"""An independent reference: linear FEM of a plate under tension, by scikit-fem.
+"""An independent reference: linear FEM of a plate with an edge crack, by scikit-fem.
 
 Nothing of cfmpm's kernels is used: basis, quadrature, loads, supports, stress, configurational
-force and J are scikit-fem's or written here. Only the triangulation is given.
+force, J, K_I and K_II are scikit-fem's or written here. Only the triangulation is given.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from cfmpm.scene import Scene
 
 @dataclass(frozen=True)
 class Plate:
-    """A rectangle in plane strain under tension on its top and bottom.
+    """A rectangle in plane strain, loaded on its top and bottom.
 
     Attributes
     ----------
@@ -40,15 +40,20 @@ class Plate:
     triangles : (m, 3) int
     E, nu : float
         Young's modulus [MPa] and Poisson's ratio.
-    traction : float
-        [MPa].
+    top, bottom : (float, float) or None
+        Tractions [MPa]; None where the edge is clamped.
     """
 
     nodes: Floats
     triangles: Ints
     E: float
     nu: float
-    traction: float
+    top: tuple[float, float] | None
+    bottom: tuple[float, float] | None
+
+    def release_rate(self, K_I: float, K_II: float) -> float:
+        """G of stress intensity factors by Irwin's formula [N/mm]."""
+        return (K_I**2 + K_II**2) * (1.0 - self.nu**2) / self.E
 
 
 @dataclass(frozen=True)
@@ -83,14 +88,15 @@ class Solution:
 
 
 def plate_of(scene: Scene, grid: Grid) -> Plate:
-    """Take the corners of a grid and the numbers of a scene of one edge crack under tension."""
-    tension = [load.traction[1] for load in scene.loads if load.traction is not None]
+    """Take the corners of a grid and the numbers of a scene of one edge crack."""
+    loads = {load.edge: load for load in scene.loads if load.edge in ("top", "bottom")}
     return Plate(
         nodes=grid.nodes[: grid.n_corners],
         triangles=grid.triangles,
         E=scene.material.E,
         nu=scene.material.nu,
-        traction=max(tension),
+        top=loads["top"].traction,
+        bottom=loads["bottom"].traction,
     )
 
 
@@ -110,18 +116,21 @@ def assemble(plate: Plate, degree: int) -> System:
     stiffness = linear_elasticity(*lame_parameters(plate.E, plate.nu)).assemble(basis)
 
     low, high = plate.nodes[:, 1].min(), plate.nodes[:, 1].max()
-    load = np.zeros(basis.N)
-    for level, pull in ((low, -plate.traction), (high, plate.traction)):
+    load, held = np.zeros(basis.N), np.empty(0, np.int64)
+    for level, pull in ((low, plate.bottom), (high, plate.top)):
         side = mesh.facets_satisfying(lambda x, y=level: np.isclose(x[1], y), boundaries_only=True)
-        tension = LinearForm(lambda v, w, t=pull: t * v[1])
-        load += tension.assemble(FacetBasis(mesh, element, facets=side))
-
-    # Two bottom corners hold the three rigid motions; the load is in balance without them.
-    left, right = (
-        int(np.flatnonzero(np.isclose(plate.nodes, (x, low)).all(axis=1))[0])
-        for x in (plate.nodes[:, 0].min(), plate.nodes[:, 0].max())
-    )
-    held = np.array([*basis.nodal_dofs[:, left], basis.nodal_dofs[1, right]])
+        if pull is None:
+            held = np.append(held, basis.get_dofs(side).flatten())
+        else:
+            traction = LinearForm(lambda v, w, t=pull: t[0] * v[0] + t[1] * v[1])
+            load += traction.assemble(FacetBasis(mesh, element, facets=side))
+    if not held.size:
+        # Two bottom corners hold the three rigid motions; the load is in balance without them.
+        left, right = (
+            int(np.flatnonzero(np.isclose(plate.nodes, (x, low)).all(axis=1))[0])
+            for x in (plate.nodes[:, 0].min(), plate.nodes[:, 0].max())
+        )
+        held = np.array([*basis.nodal_dofs[:, left], basis.nodal_dofs[1, right]])
     return System(plate, basis, stiffness, load, held)
 
 
@@ -157,9 +166,56 @@ def j_integral(solution: Solution, tip: Floats, radius: float) -> float:
     return float(Functional(density).assemble(basis, **fields))
 
 
-def _eshelby(plate: Plate, H: Any) -> Any:
-    """Energy-momentum W 1 - H^T sigma of linear elasticity in plane strain."""
+def intensity_factors(solution: Solution, tip: Floats, radius: float) -> tuple[float, float]:
+    """Return K_I and K_II [MPa mm^0.5] of a crack along x, in the ring of `j_integral`.
+
+    Interaction integral with Williams' fields of one mode each (Yau, Wang and Corten 1980).
+    """
+    basis, plate = solution.basis, solution.plate
+    scalar = basis.with_element(ElementTriP1())
+    distance = np.hypot(*(scalar.doflocs - tip[:, None]))
+    q = np.clip(2.0 - 2.0 * distance / radius, 0.0, 1.0)
+    fields = {"u": basis.interpolate(solution.displacement), "q": scalar.interpolate(q)}
+    found = []
+    for mode in (1, 2):
+
+        def density(w: Any, mode: int = mode) -> Any:
+            H, A = grad(w["u"]), _williams(plate, mode, w.x - tip[:, None, None])
+            work = ddot(_stress(plate, H), A)
+            mixed = mul(transpose(H), _stress(plate, A)) + mul(transpose(A), _stress(plate, H))
+            return ((mixed - eye(work, 2))[0] * grad(w["q"])).sum(axis=0)
+
+        mixed = float(Functional(density).assemble(basis, **fields))
+        found.append(0.5 * mixed * plate.E / (1.0 - plate.nu**2))
+    return found[0], found[1]
+
+
+def _williams(plate: Plate, mode: int, x: Floats) -> Any:
+    """Displacement gradient of the singular field of K = 1 in one mode, at places from the tip."""
+    r, angle = np.hypot(x[0], x[1]), np.arctan2(x[1], x[0])
+    mu = 0.5 * plate.E / (1.0 + plate.nu)
+    kappa = 3.0 - 4.0 * plate.nu
+    c, s, cos, sin = np.cos(angle / 2), np.sin(angle / 2), np.cos(angle), np.sin(angle)
+    if mode == 1:
+        f = np.array([c * (kappa - cos), s * (kappa - cos)])
+        df = np.array([c * sin - s * (kappa - cos) / 2, s * sin + c * (kappa - cos) / 2])
+    else:
+        f = np.array([s * (kappa + 2 + cos), -c * (kappa - 2 + cos)])
+        df = np.array([c * (kappa + 2 + cos) / 2 - s * sin, s * (kappa - 2 + cos) / 2 + c * sin])
+    # u = sqrt(r / (2 pi)) f / (2 mu): its derivatives along r and around the tip.
+    scale = 1.0 / (2.0 * mu * np.sqrt(2.0 * np.pi * r))
+    along, around = 0.5 * scale * f, scale * df
+    return np.array([along * cos - around * sin, along * sin + around * cos]).swapaxes(0, 1)
+
+
+def _stress(plate: Plate, H: Any) -> Any:
+    """Stress of a displacement gradient in plane strain [MPa]."""
     lam, mu = lame_parameters(plate.E, plate.nu)
     strain = 0.5 * (H + transpose(H))
-    stress = lam * eye(trace(strain), 2) + 2.0 * mu * strain
-    return eye(0.5 * ddot(stress, strain), 2) - mul(transpose(H), stress)
+    return lam * eye(trace(strain), 2) + 2.0 * mu * strain
+
+
+def _eshelby(plate: Plate, H: Any) -> Any:
+    """Energy-momentum W 1 - H^T sigma of linear elasticity in plane strain."""
+    stress = _stress(plate, H)
+    return eye(0.5 * ddot(stress, H), 2) - mul(transpose(H), stress)

@@ -210,7 +210,8 @@ COLUMNS = """\
 """
 DEAD = """\
 # Dead traction [MPa] on both ends, the plate free to turn. J_linear is that of the same mesh at
-# small strain. Other columns and the end of a curve as in large_strain_fem.csv.
+# small strain. Other columns and the end of a curve as in large_strain_fem.csv; on the last mesh
+# 10 and 100 MPa only.
 """
 
 
@@ -227,7 +228,14 @@ def main() -> None:
     write(
         FOLDER / "large_strain_dead_load.csv",
         DEAD,
-        (row for mesh in (*meshes, ("T6", 0.01)) for row in traction_rows("hencky", *mesh)),
+        (
+            row
+            for element, tip_size, tractions in (
+                *((*mesh, TRACTIONS) for mesh in meshes),
+                ("T6", 0.01, TRACTIONS[:2]),
+            )
+            for row in traction_rows("hencky", element, tip_size, tractions)
+        ),
     )
 
 

@@ -5,9 +5,10 @@ Snakemake reads the files by YAML 1.1, in which 1e-9 is text: use the validated 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -79,15 +80,64 @@ class LargeStrain(_Settings):
     )
 
 
+# Values of a scene by dotted keys, each with all that it takes.
+Axes = Annotated[dict[str, Annotated[list[Any], Field(min_length=1)]], Field(min_length=1)]
+
+
+def combinations(axes: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+    """All combinations of the values of axes, the last key fastest."""
+    for values in itertools.product(*axes.values()):
+        yield dict(zip(axes, values, strict=True))
+
+
+def each_value(axes: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+    """Combinations in which every value of every axis occurs; the others are then the first."""
+    first = {key: values[0] for key, values in axes.items()}
+    yield first
+    for key, values in axes.items():
+        for value in values[1:]:
+            yield first | {key: value}
+
+
+class StationaryProblem(_Settings):
+    """A scene whose answer is known."""
+
+    scene: str
+    exact: dict[Literal["G", "K_I", "K_II"], Positive] = Field(min_length=1)
+    solvers: list[str] = Field(description="of `solved`; those not installed are left out")
+    solved: dict[str, Axes] = Field(description="grids for all solvers and for scikit-fem")
+    axes: list[Axes] = Field(description="grids for cfmpm alone, by the solver that it chooses")
+    radii: list[Length] = Field(min_length=1, description="domain radii that are compared [mm]")
+
+    def all_axes(self) -> list[Axes]:
+        """Those of all solvers and those of cfmpm alone."""
+        return [*self.solved.values(), *self.axes]
+
+
+class PathProblem(_Settings):
+    """A scene whose crack grows along a path that is known."""
+
+    scene: str
+    reference: str = Field(description="file of points in workflows/reference")
+    axes: list[Axes]
+
+    def all_axes(self) -> list[Axes]:
+        """As given."""
+        return self.axes
+
+
 class WorkPrecision(_Settings):
     """Error against run time, of cfmpm and of scikit-fem on the same grids."""
 
-    scene: str
-    converged: Positive = Field(description="G of the plate of finite height [N/mm]")
-    radius: Length = Field(description="outer radius of the ring of J [mm]")
     repeats: int = Field(3, ge=1, description="runs of which the fastest counts")
-    solvers: list[str] = Field(description="those that are not installed are left out")
-    series: dict[str, list[Mesh]]
+    stationary: dict[str, StationaryProblem]
+    paths: dict[str, PathProblem]
+
+    @model_validator(mode="after")
+    def _problems_have_different_names(self) -> Self:
+        for name in self.stationary.keys() & self.paths.keys():
+            raise ValueError(f"paths: there is a stationary problem {name} too")
+        return self
 
 
 class Scaling(_Settings):
@@ -96,7 +146,66 @@ class Scaling(_Settings):
     scene: str
     solver: str = "auto"
     repeats: int = Field(2, ge=1)
+    threads: list[Annotated[int, Field(ge=1)]] = Field(min_length=1)
     series: dict[str, list[Mesh]]
+
+
+class NewtonCost(_Settings):
+    """Cost of an iteration of Newton's method per material point."""
+
+    scene: str
+    solver: str = "auto"
+    repeats: int = Field(3, ge=1, description="the fastest counts")
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    meshes: list[Mesh] = Field(min_length=1)
+
+
+class SliverGrid(_Settings):
+    """The plate of the paper in squares, cut into thin triangles."""
+
+    element: Literal["T3", "T6"]
+    slivers: Literal["none", "needles", "caps"]
+    thinness: Positive = Field(1.0, description="height over length")
+
+
+class Case(_Settings):
+    """An extreme case, how it is expected to end, and what its result is compared with."""
+
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    grid: SliverGrid | None = Field(None, description="in place of one by gmsh")
+    ends: Literal["solved", "unstable", "failed", "refused"] = "solved"
+    compared: Literal["J", "load_reached"] = "J"
+    exact: float | None = Field(None, description="known value of what is compared")
+    as_case: str | None = Field(None, description="a case above: group/name")
+    times: float = Field(1.0, description="factor on the value of that case")
+    vanishes: bool = Field(False, description="zero is known; the other is the measure of it")
+    source: str = Field("", description="where the known value is from")
+    within: Positive | None = Field(None, description="relative error that is allowed")
+
+
+class CaseGroup(_Settings):
+    """Cases of one kind."""
+
+    title: str
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    cases: dict[str, Case]
+
+
+class Stability(_Settings):
+    """The stability study."""
+
+    scene: str
+    groups: dict[str, CaseGroup]
+
+    @model_validator(mode="after")
+    def _compared_with_cases_above(self) -> Self:
+        above: set[str] = set()
+        for group, of_group in self.groups.items():
+            for name, case in of_group.cases.items():
+                if case.as_case is not None and case.as_case not in above:
+                    raise ValueError(f"{group}/{name}: no case {case.as_case} above it")
+                above.add(f"{group}/{name}")
+        return self
 
 
 class Settings(_Settings):
@@ -107,6 +216,8 @@ class Settings(_Settings):
     large_strain: LargeStrain
     work_precision: WorkPrecision
     scaling: Scaling
+    newton_cost: NewtonCost
+    stability: Stability
 
 
 def read_settings(config: Mapping[str, Any]) -> Settings:
@@ -136,10 +247,19 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
             load_scene(study.scene, replaced)
     for replaced in settings.large_strain.variants.values():
         load_scene(settings.large_strain.scene, replaced)
-    for block in (settings.work_precision, settings.scaling):
-        for listed in block.series.values():
-            for mesh in listed:
-                scene_with(block.scene, mesh)
+    for group in settings.stability.groups.values():
+        for case in group.cases.values():
+            if case.grid is None and case.ends != "refused":
+                load_scene(settings.stability.scene, {**group.replaced, **case.replaced})
+    for listed in settings.scaling.series.values():
+        for mesh in listed:
+            scene_with(settings.scaling.scene, mesh)
+    work = settings.work_precision
+    for problem in (*work.stationary.values(), *work.paths.values()):
+        for axes in problem.all_axes():
+            # All combinations would take seconds: the job reads them, before it runs any.
+            for replaced in each_value(axes):
+                load_scene(problem.scene, replaced)
     return settings
 
 

@@ -7,8 +7,10 @@ from itertools import pairwise
 
 from shapely import LineString, Point
 
+from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Grading, Scene
+from cfmpm.scene.rules import estimated_triangles
 
 # Parts of the size elsewhere, and of the crack, that the elements at a running tip have: K is then
 # within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
@@ -64,6 +66,22 @@ def running_size(scene: Scene, length: float) -> float | None:
     if scene.mesh.grading != "auto":
         return None
     return min(size_in(Body.of(scene), scene) / RUNNING, length / OF_CRACK)
+
+
+def expected_triangles(scene: Scene) -> float | None:
+    """Estimate how many triangles a scene will have; None for a mesh file.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    if scene.mesh_file is not None:
+        return None
+    scene = expand(scene)
+    body = Body.of(scene)
+    chosen = {"size": size_in(body, scene), "grading": grading_in(body, scene) or "uniform"}
+    mesh = scene.mesh.model_copy(update=chosen)
+    return estimated_triangles(scene.model_copy(update={"mesh": mesh}), body)
 
 
 def _room(body: Body, crack_name: str, end: int) -> float:

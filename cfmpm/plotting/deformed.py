@@ -44,8 +44,9 @@ def draw_deformed(
     Returns
     -------
     Axes
-        Its title states the factor on the displacements and the highest stress, which lies beyond
-        the colour bar, or that there is none, as in a body that a crack has severed; dotted lines
+        Its title states the factor on the displacements and the lowest and highest stress, or that
+        there is none, as in a body that a crack has severed. Those lie beyond the colour bar where
+        it ends in a point: its range is that of 98 % of the area, as its label says. Dotted lines
         are the undeformed boundary.
     """
     mesh, last = Mesh.of_fields(fields), fields.isel(time=-1)
@@ -75,10 +76,11 @@ def draw_deformed(
     extend = {(False, False): "neither", (True, True): "both"}.get(
         (bool(below), bool(above)), "max" if above else "min"
     )
-    axes.figure.colorbar(
-        faces, ax=axes, label=f"{said['long_name']} [{said['units']}]", extend=extend, shrink=0.8
-    )
-    found = f"{stress} from {values.min():.4g} to {values.max():.4g} {said['units']}"
+    label = f"{said['long_name']} [{said['units']}]"
+    if limits is None and (below or above):
+        label += f"\nthe bar spans {100 * COLOURED:.0f} % of the area"
+    axes.figure.colorbar(faces, ax=axes, label=label, extend=extend, shrink=0.8)
+    found = f"{stress} in triangles: {values.min():.4g} to {values.max():.4g} {said['units']}"
     axes.set_title(
         f"displacement × {factor:g}, largest {np.hypot(*u.T).max():.3g} mm\n"
         + ("free of stress, to round-off" if free else found)

@@ -16,14 +16,17 @@ from cfmpm.plotting.curves import STYLES, draw_curve
 from cfmpm.plotting.style import BLACK, BLUE, GREY, LIGHT_GREY, ORANGE, VERMILLION
 from cfmpm.results import TIP_STATUS
 
-# Colour and dashes both differ, so that the parts are told apart without colour too.
+# Colour and marker both differ, so that the parts are told apart without colour too; dashes would
+# not, in a curve that goes to and fro in short pieces.
 PARTS = {
-    "none": (BLACK, "-", "no growth"),
-    "stable": (BLUE, "-", "stable: the load rises"),
-    "unstable": (ORANGE, (0, (5, 1.5)), "unstable: the load falls"),
-    "snap_back": (VERMILLION, (0, (1.5, 1)), "snap-back"),
-    "undefined": (GREY, ":", "under the load as it is"),
+    "none": (BLACK, ".", "no growth"),
+    "stable": (BLUE, "o", "stable: the load rises"),
+    "unstable": (ORANGE, "s", "unstable: the load falls"),
+    "snap_back": (VERMILLION, "^", "snap-back"),
+    "undefined": (GREY, "x", "under the load as it is"),
 }
+# Steps whose number is written beside them.
+NUMBERED = 5
 
 
 def draw_load_displacement(
@@ -44,7 +47,8 @@ def draw_load_displacement(
     -------
     Axes
         Force and displacement are positive along the first force. Where cracks grow, stable and
-        unstable parts are told apart.
+        unstable parts are told apart by the marker at the state in which they begin; some states
+        have the number of their step.
     """
     part = history.sel(boundary=boundary)
     if component is None:
@@ -52,10 +56,11 @@ def draw_load_displacement(
     force, motion = part[f"reaction_{component}"].values, part[f"displacement_{component}"].values
     sense = -1.0 if force[0] < 0.0 else 1.0
     points = sense * np.column_stack([motion, force])
-    colour, dashes, label = PARTS["none"]
+    colour, _, label = PARTS["none"]
     start = np.array([(0.0, 0.0), points[0]])
-    axes.plot(*start.T, color=colour, ls=dashes, lw=1.6, label=label)
+    axes.plot(*start.T, color=colour, lw=1.1, label=label)
     _draw_parts(axes, history, points, {"none"})
+    _number(axes, history, points)
     direction = f"{'-' if sense < 0.0 else ''}{component}"
     axes.set_xlabel(f"displacement of {boundary} along {direction} [mm]")
     axes.set_ylabel(f"force along {direction} [N/mm]")
@@ -92,11 +97,29 @@ def _draw_parts(axes: Axes, history: xr.Dataset, points: Floats, named: set[str]
     parts = np.array(flags.attrs["flag_meanings"].split())[flags.values[:-1]]
     parts = np.where(np.diff(new_length(history)) > 0.0, parts, "none")
     for first, last in _runs(parts):
-        colour, dashes, label = PARTS[parts[first]]
+        curve = points[first : last + 1]
+        if not np.diff(curve[np.isfinite(curve).all(axis=1)], axis=0).any():
+            continue  # nothing to be seen, so nothing to be named
+        colour, marker, label = PARTS[parts[first]]
         shown = "_" if parts[first] in named else label
         named.add(parts[first])
-        axes.plot(*points[first : last + 1].T, color=colour, ls=dashes, lw=1.6, label=shown)
-    axes.plot(*points.T, "o", color=BLACK, ms=2.0, zorder=3)
+        style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5, "mew": 0.8}
+        axes.plot(*curve.T, lw=1.1, markevery=list(range(last - first)), label=shown, **style)
+    end = points[np.isfinite(points).all(axis=1)][-1]
+    axes.plot(*end, "o", color=BLACK, ms=3.5, zorder=3)
+
+
+def _number(axes: Axes, history: xr.Dataset, points: Floats) -> None:
+    """Write the numbers of some steps beside their points, where these lie apart."""
+    known = np.flatnonzero(np.isfinite(points).all(axis=1))
+    extent = np.ptp(points[known], axis=0)
+    shown: list[Floats] = []
+    for i in known[np.linspace(0, len(known) - 1, NUMBERED).astype(int)]:
+        place = np.divide(points[i], extent, out=np.zeros(2), where=extent > 0.0)
+        if all(np.hypot(*(place - other)) > 0.1 for other in shown):
+            shown.append(place)
+            text = f"step {int(history['step'][i]) if 'step' in history.coords else i + 1}"
+            axes.annotate(text, points[i], (5, 3), textcoords="offset points", fontsize=7)
 
 
 def _runs(words: NDArray[np.str_]) -> list[tuple[int, int]]:

@@ -18,9 +18,17 @@ from cfmpm.grid import Floats, Grid
 from cfmpm.plotting.curves import STYLES
 from cfmpm.plotting.mesh import Mesh, draw_grid
 from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, length_axes
+from cfmpm.results import TIP_STATUS
 from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Scene
 
+# Marker of a tip at the end, and what it says.
+ENDS = {
+    "growing": (">", "still growing"),
+    "stopped": ("s", "stopped"),
+    "arrived": ("X", "arrived"),
+    "severed": ("D", "in a severed body"),
+}
 # Length of the longest arrow as a part of the size of the body.
 LONGEST = 0.08
 # Distance that a tip goes from one arrow to the next, in the same unit.
@@ -48,14 +56,19 @@ def draw_paths(
     Returns
     -------
     Axes
-        With a dot at each increment, and a cross where a tip has arrived or stopped.
+        With a dot at each increment; the marker at the end of a path says what became of its tip.
     """
     _draw_body(axes, body)
+    found = {_end(history.sel(tip=name)) for name in history["tip"].values}
     for i, name in enumerate(history["tip"].values):
         colour, _ = STYLES[i % len(STYLES)]
         path = tip_path(history, str(name))
         axes.plot(*path.T, "-o", color=colour, lw=1.2, ms=2.0, zorder=4, label=str(name))
-        axes.plot(*path[-1], "x", color=colour, ms=6.0, mew=1.4, zorder=5)
+        marker, _ = ENDS[_end(history.sel(tip=name))]
+        axes.plot(*path[-1], marker, color=colour, mec="white", ms=7.0, mew=0.5, zorder=5)
+    for end, (marker, label) in ENDS.items():
+        if end in found:
+            axes.plot([], [], marker, color=BLACK, mec="white", ms=7.0, mew=0.5, label=label)
     if reference is not None:
         named = reference if isinstance(reference, Mapping) else {"reference": reference}
         for (name, points), marker in zip(named.items(), "s^Dv", strict=False):
@@ -107,6 +120,12 @@ def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> A
         )
         axes.update_datalim(np.column_stack([x + cf_x / scale, y + cf_y / scale]))
     return _framed(axes)
+
+
+def _end(of_tip: xr.Dataset) -> str:
+    """The key of `ENDS` that says what became of a tip."""
+    known = np.flatnonzero(np.isfinite(of_tip["tip_x"].values))  # a study fills shorter runs up
+    return TIP_STATUS[int(of_tip["tip_status"][known[-1]])].split("_")[0]
 
 
 def corners_of(body: Scene | Grid | Mesh) -> Floats:

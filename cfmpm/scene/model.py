@@ -152,9 +152,9 @@ class Geometry(Model):
     """
 
     outline: list[Corner] = Field(min_length=2, description="corners of the outline, either sense")
-    holes: list[Hole] = []
-    cracks: list[Crack] = []
-    regions: list[Region] = []
+    holes: list[Hole] = Field([], description="circles or polygons without material")
+    cracks: list[Crack] = Field([], description="lines, each with one or two tips")
+    regions: list[Region] = Field([], description="parts of other materials")
 
 
 class MeshFile(Model):
@@ -529,13 +529,13 @@ class Scene(Model):
     loads, when its load parameter is set and `loads` is empty.
     """
 
-    name: Name
-    description: str = ""
-    geometry: Geometry | None = None
-    family: Family | None = None
-    mesh_file: MeshFile | None = None
+    name: Name = Field(description="of the scene, and of its folder in results")
+    description: str = Field("", description="a line for people")
+    geometry: Geometry | None = Field(None, description="the body by its lines")
+    family: Family | None = Field(None, description="the body as a specimen with parameters")
+    mesh_file: MeshFile | None = Field(None, description="the body as a mesh of gmsh")
     material: Material = Field(description="of the body, where no region says otherwise")
-    plane: Literal["strain", "stress"] = "strain"
+    plane: Literal["strain", "stress"] = Field("strain", description="plane strain or stress")
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
@@ -547,7 +547,7 @@ class Scene(Model):
         "after every load step, as the paper does",
     )
     updated: Updated = Field(Updated(), description="how, with formulation: updated")
-    loads: list[Load] = []
+    loads: list[Load] = Field([], description="loads and supports; empty where a family has them")
     load_steps: Annotated[
         Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]
         | Annotated[
@@ -562,12 +562,14 @@ class Scene(Model):
         description="how many equal parts the loads are applied in, or the factors on them, one "
         "after the other; each is recorded. Steps in between are taken as needed",
     )
-    mesh: Mesh = Mesh()
-    solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = "auto"
-    fracture: Fracture = Fracture()
+    mesh: Mesh = Field(Mesh(), description="the background grid")
+    solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = Field(
+        "auto", description="auto: the fastest that is installed; superlu or amg always are"
+    )
+    fracture: Fracture = Field(Fracture(), description="what is evaluated at crack tips")
     growth: Growth | None = Field(None, description="left out: the cracks do not grow")
     fatigue: Fatigue | None = Field(None, description="goes with growth.control: fatigue")
-    output: Output = Output()
+    output: Output = Field(Output(), description="what is written besides the history")
 
     @model_validator(mode="after")
     def _one_body(self) -> Self:

@@ -39,6 +39,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *_refinement(scene),
             *_fatigue(scene),
             *_kinematics(scene, "mesh_file", scene.mesh_file.regions),
+            *_nothing_to_grow(scene, bool(scene.mesh_file.cracks)),
             *_formulation(scene),
         ]
     whole = expand(scene)
@@ -58,6 +59,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             misplaced_regions(body),
             misplaced_cracks(body),
             misplaced_loads(whole, body),
+            _nothing_to_grow(scene, bool(body.tips)),
             _sizes(whole, body),
         )
     return [(key_as_written(scene, key), reason) for key, reason in found]
@@ -172,6 +174,11 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
             )
 
 
+def _nothing_to_grow(scene: Scene, has_tips: bool) -> Iterator[Finding]:
+    if scene.growth is not None and not has_tips:
+        yield "growth", "needs a crack that ends inside the body: the scene has none"
+
+
 def _formulation(scene: Scene) -> Iterator[Finding]:
     """What a grid that is reset does not go with."""
     default = Updated()
@@ -223,7 +230,7 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
     for key, size in sizes.items():
         if size > width:
             yield key, f"{size:g} is larger than the body, which is {width:g} wide"
-    triangles = _triangles(scene, body)
+    triangles = estimated_triangles(scene, body)
     if triangles > MOST_TRIANGLES:
         asked = {"mesh.hole_size": mesh.hole_size, "mesh.size": mesh.size, "mesh.grading": 0.0}
         key = next(key for key, size in asked.items() if size is not None)
@@ -234,8 +241,21 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
                 yield f"fracture.radii[{i}]", f"{radius:g} is larger than the body, {body.size:g}"
 
 
-def _triangles(scene: Scene, body: Body) -> float:
-    """A rough count: equilateral triangles of the given size, and those towards tips and holes."""
+def estimated_triangles(scene: Scene, body: Body) -> float:
+    """Estimate how many triangles the sizes in numbers of a scene ask for.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    body : Body
+        Its own.
+
+    Returns
+    -------
+    float
+        Equilateral triangles of the given size, and those towards tips and holes.
+    """
     size, grading, hole_size = scene.mesh.size, scene.mesh.grading, scene.mesh.hole_size
     coarse = 0.0 if size is None else _over(body.polygon.area, size)
     if hole_size is not None:

@@ -61,11 +61,21 @@ def _inside(key: str, crack: Crack, body: Body) -> Iterator[Finding]:
         holes = [name for name, h in body.holes.items() if line.intersection(h).length > clear]
         where = f"runs through {', '.join(holes)}" if holes else "leaves the body"
         worst = max(shapely.get_parts(outside), key=lambda part: part.length)
-        yield f"{key}.points", f"{where} near {at(_middle(worst))}"
+        yield f"{key}.points", f"{where} near {at(_middle(worst))}{_mouth(crack, worst, body)}"
         return
     near = line.intersection(body.polygon.boundary.buffer(clear))
     for part in shapely.get_parts(shapely.line_merge(near)):
         yield from _near_boundary(key, crack, part, body)
+
+
+def _mouth(crack: Crack, outside: LineString, body: Body) -> str:
+    """Say where a crack that begins or ends outside would have to: on the edge that it crosses."""
+    ends = [end for end in (0, -1) if outside.distance(Point(crack.points[end])) <= ON * body.size]
+    if len(ends) != 1:
+        return ""
+    points = [Point(outside.coords[k]) for k in (0, -1)]
+    mouth = max(points, key=lambda point: point.distance(Point(crack.points[ends[0]])))
+    return f"; to be open there, end it on the edge, at {at((mouth.x, mouth.y))}"
 
 
 def _near_boundary(key: str, crack: Crack, part: LineString, body: Body) -> Iterator[Finding]:

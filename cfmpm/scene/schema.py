@@ -6,18 +6,18 @@ import json
 import sys
 from typing import Any
 
-from cfmpm.scene.model import Scene
+from cfmpm.scene.model import Model, Scene
 
 
-def schema() -> dict[str, Any]:
-    """The JSON schema of a scene file."""
+def schema(model: type[Model] = Scene) -> dict[str, Any]:
+    """The JSON schema of the files that a model describes."""
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return dialect | Scene.model_json_schema()
+    return dialect | model.model_json_schema()
 
 
-def schema_text() -> str:
+def schema_text(model: type[Model] = Scene) -> str:
     """The schema as it stands in configs/schema.json."""
-    return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(schema(model), indent=2, ensure_ascii=False) + "\n"
 
 
 if __name__ == "__main__":

@@ -56,7 +56,10 @@ def _reasons(detail: ErrorDetails, key: Key, model: type[Model]) -> Iterator[tup
         yield (*key, name), f"is missing: {meaning}" if meaning else "is missing"
     elif kind == "extra_forbidden":
         fields = _model_at(detail["loc"][:-1], model).model_fields
-        yield key, "unknown key" + did_you_mean(name, fields)
+        if name.isdecimal() and value is None:  # {E: 210,5} holds a key 5 without a value
+            yield key, f"unknown key; a decimal comma? write a point, as in 1.{name}"
+        else:
+            yield key, "unknown key" + did_you_mean(name, fields)
     elif kind == "invalid_key":
         yield key, f"keys must be words, not {shown(detail['loc'][-1])}"
     elif kind == "refused":
@@ -79,6 +82,8 @@ def _plain_reason(kind: str, detail: ErrorDetails, value: Any) -> str:
         reason = str(ctx["error"])
     else:
         reason = REASONS.get(kind, detail["msg"]).format(**ctx)
+    if isinstance(value, str) and re.fullmatch(r"\s*[-+]?\d+,\d+([eE][-+]?\d+)?\s*", value):
+        return f"{reason}, with a decimal point; got {shown(value)}"
     return reason if kind in WITHOUT_VALUE else f"{reason}; got {shown(value)}"
 
 

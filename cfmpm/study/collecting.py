@@ -184,21 +184,16 @@ def _unfolded(plan: Plan, data: xr.Dataset) -> xr.Dataset:
         variables[name] = ((*names, *one.dims[1:]), values, one.attrs)
     keys = {name: parameter.key for _, name, parameter in plan.study.parameters()}
     coords: dict[str, Any] = {
-        name: (axis.name, _coordinate(along), layout.described(plan.members[0].scene, keys[name]))
+        name: (
+            axis.name,
+            np.array(labels, dtype=object if isinstance(labels[0], str) else None),
+            layout.described(plan.members[0].scene, keys[name]),
+        )
         for axis in plan.axes
-        for name, along in axis.values.items()
+        for name, labels in axis.labels.items()
     }
     coords |= {str(name): data.coords[name] for name in data.dims if name in data.coords}
     return xr.Dataset(variables, coords)
-
-
-def _coordinate(values: Sequence[Any]) -> Values:
-    """Values of a parameter: numbers as numbers, all else as text."""
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        return np.array(values)
-    return np.array(
-        [value if isinstance(value, str) else json.dumps(value) for value in values], dtype=object
-    )
 
 
 def _attributes(plan: Plan) -> dict[str, Any]:

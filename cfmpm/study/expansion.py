@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -28,10 +29,22 @@ class Axis:
         Of the parameter, or ``sample``.
     values : mapping of str to list
         Of each parameter along it, all of one length.
+    labels : mapping of str to list
+        What each of the values is called: itself, or its name.
     """
 
     name: str
     values: Mapping[str, list[Any]]
+    labels: Mapping[str, list[Any]]
+
+    @classmethod
+    def of(cls, name: str, parameters: Mapping[str, Parameter]) -> Self:
+        """The axis along which parameters go side by side."""
+        return cls(
+            name,
+            {key: values(one) for key, one in parameters.items()},
+            {key: labels(one) for key, one in parameters.items()},
+        )
 
     def __len__(self) -> int:
         return len(next(iter(self.values.values())))
@@ -39,11 +52,12 @@ class Axis:
 
 def axes(study: Study) -> tuple[Axis, ...]:
     """The dimensions of a study that breaks no rule, in the order of its file."""
-    found = [Axis(name, {name: values(one)}) for name, one in study.product.items()]
+    found = [Axis.of(name, {name: one}) for name, one in study.product.items()]
     if study.zip:
-        found.append(Axis(SAMPLE, {name: values(one) for name, one in study.zip.items()}))
+        found.append(Axis.of(SAMPLE, study.zip))
     if study.latin_hypercube is not None:
-        found.append(Axis(SAMPLE, draws(study.latin_hypercube)))
+        drawn = draws(study.latin_hypercube)
+        found.append(Axis(SAMPLE, drawn, drawn))
     return tuple(found)
 
 
@@ -52,31 +66,33 @@ def count(axes: tuple[Axis, ...]) -> int:
     return math.prod(len(axis) for axis in axes)
 
 
-def places(
-    axes: tuple[Axis, ...], only: range | None = None
-) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
-    """Index and values of each member, or of some by their numbers; the last axis runs fastest."""
+def places(axes: tuple[Axis, ...], only: range | None = None) -> Iterator[tuple[int, ...]]:
+    """Place of each member along the axes, or of some by their numbers; the last runs fastest."""
     sizes = [len(axis) for axis in axes]
     for number in range(count(axes)) if only is None else only:
-        index = tuple(int(i) for i in np.unravel_index(number, sizes))
-        yield (
-            index,
-            {
-                name: along[i]
-                for axis, i in zip(axes, index, strict=True)
-                for name, along in axis.values.items()
-            },
-        )
+        yield tuple(int(i) for i in np.unravel_index(number, sizes))
 
 
 def values(parameter: Parameter) -> list[Any]:
     """The values that a parameter takes, plain numbers and text."""
+    if isinstance(parameter.values, Mapping):
+        return list(parameter.values.values())
     if parameter.values is not None:
         return list(parameter.values)
     if parameter.linspace is not None:
         return [float(value) for value in np.linspace(*parameter.linspace)]
     assert parameter.geomspace is not None
     return [float(value) for value in np.geomspace(*parameter.geomspace)]
+
+
+def labels(parameter: Parameter) -> list[Any]:
+    """What the values of a parameter are called: numbers and text by themselves, else as JSON."""
+    if isinstance(parameter.values, Mapping):
+        return list(parameter.values)
+    listed = values(parameter)
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in listed):
+        return listed
+    return [value if isinstance(value, str) else json.dumps(value) for value in listed]
 
 
 def draws(cube: LatinHypercube) -> dict[str, list[float]]:

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from cfmpm.scene.document import parse_key
-from cfmpm.scene.model import Model
+from cfmpm.scene.model import Model, Scene
 from cfmpm.scene.quantities import Count, Name, Number
 
 MOST_MEMBERS = 1_000_000
@@ -22,6 +22,12 @@ MOST_MEMBERS = 1_000_000
 def _base(value: Any) -> Any:
     if not isinstance(value, str | Mapping) or not value:
         raise ValueError("must be the path of a scene file, or a scene")
+    return value
+
+
+def _values(value: Any) -> Any:
+    if not isinstance(value, list | tuple | Mapping) or not value:
+        raise ValueError("must be a list of values, or a mapping from names to values")
     return value
 
 
@@ -54,7 +60,9 @@ class Parameter(Model):
     """A key of the scene and the values it takes."""
 
     key: DottedKey = Field(description="of the scene, such as mesh.size or loads[0].traction[1]")
-    values: list[Any] | None = Field(None, min_length=1, description="one by one")
+    values: Annotated[
+        Any, BeforeValidator(_values, json_schema_input_type=list[Any] | dict[str, Any] | None)
+    ] = Field(None, description="one by one: a list, or a mapping that names each of them")
     linspace: Range | None = Field(
         None, description="first, last and how many values with equal differences"
     )
@@ -103,9 +111,8 @@ class Study(Model):
 
     name: Name
     description: str = ""
-    base: Annotated[Any, BeforeValidator(_base)] = Field(
-        description="the scene: a path relative to the study file, or written out",
-        json_schema_extra={"anyOf": [{"type": "string"}, {"$ref": "schema.json"}]},
+    base: Annotated[Any, BeforeValidator(_base, json_schema_input_type=str | Scene)] = Field(
+        description="the scene: a path relative to the study file, or written out"
     )
     replace: dict[DottedKey, Any] = Field(
         {}, description="values of the scene that are replaced in all members, by dotted key"

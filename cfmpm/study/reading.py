@@ -35,7 +35,7 @@ class Member:
     index : tuple of int
         Its place along each axis.
     values : mapping of str to value
-        Of each parameter.
+        Of each parameter, or its name where it has one.
     scene : Scene
     key : str
         By which its result is known: equal for equal scenes solved by the same program.
@@ -133,17 +133,21 @@ def _members(
     members: list[Member] = []
     problems: list[Problem] = []
     bad = 0
-    for index, values in expansion.places(axes, only):
-        overrides = {**study.replace, **{keys[name]: value for name, value in values.items()}}
+    for index in expansion.places(axes, only):
+        overrides = dict(study.replace)
+        called: dict[str, Any] = {}
+        for axis, i in zip(axes, index, strict=True):
+            overrides |= {keys[name]: values[i] for name, values in axis.values.items()}
+            called |= {name: labels[i] for name, labels in axis.labels.items()}
         try:
             scene = scene_from_document(base.overridden(overrides, written), folder)
         except SceneError as error:
             bad += 1
             if len(problems) < MOST_TOLD:
-                called = f"member {label(axes, index, values)}"
-                problems += [_placed(problem, called, document) for problem in error.problems]
+                named = f"member {label(axes, index)}"
+                problems += [_placed(problem, named, document) for problem in error.problems]
         else:
-            members.append(Member(index, values, scene, _key(scene)))
+            members.append(Member(index, called, scene, _key(scene)))
     if problems:
         if len(problems) > MOST_TOLD or bad > 1:
             total = len(members) + bad
@@ -164,11 +168,11 @@ def _written(study: Study, document: Document) -> tuple[dict[str, str], dict[str
     return keys, written
 
 
-def label(axes: tuple[Axis, ...], index: tuple[int, ...], values: Mapping[str, Any]) -> str:
+def label(axes: tuple[Axis, ...], index: tuple[int, ...]) -> str:
     """What a member is called: its parameters, and which sample it is."""
     texts = []
     for axis, i in zip(axes, index, strict=True):
-        inner = ", ".join(f"{name}={_short(values[name])}" for name in axis.values)
+        inner = ", ".join(f"{name}={_short(labels[i])}" for name, labels in axis.labels.items())
         texts.append(f"{SAMPLE}={i} ({inner})" if axis.name == SAMPLE else inner)
     return ", ".join(texts)
 

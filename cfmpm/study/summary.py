@@ -20,7 +20,7 @@ def of_plan(plan: Plan) -> str:
     plan : Plan
     """
     lines = [f"{plan.study.name}: {_size(plan)}"]
-    lines += [f"  {label(plan.axes, one.index, one.values)}" for one in plan.members]
+    lines += [f"  {label(plan.axes, one.index)}" for one in plan.members]
     return "\n".join(lines)
 
 
@@ -46,7 +46,7 @@ def of_study(plan: Plan, outcomes: Mapping[str, Outcome], known: int, written: P
     lines = [f"{plan.study.name}: {_size(plan)}; {', '.join(facts)}"]
     for one in failed[:MOST_TOLD]:
         reason = outcomes[one.key].reason
-        lines.append(f"  {label(plan.axes, one.index, one.values)}: {reason}")
+        lines.append(f"  {label(plan.axes, one.index)}: {reason}")
     if len(failed) > MOST_TOLD:
         lines.append(f"  and {len(failed) - MOST_TOLD} more: see reason in the dataset")
     lines.append(f"written  {written}")

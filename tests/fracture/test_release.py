@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -402,3 +403,37 @@ def test_a_severed_body_ends_well():
     assert statuses(history) == ["arrived_boundary"]
     assert float(history.tip_x[-1, 0]) == 10.0
     assert np.isnan(history.strain_energy[-1])
+
+
+def test_an_ending_says_which_crack_has_cut_off_what():
+    """A tip left in one of the parts has not stopped by itself."""
+    scene = {
+        "name": "cut",
+        "geometry": {
+            "outline": [[0, 0], [60, 0], [60, 60], [0, 60]],
+            "cracks": [
+                {"name": "lower", "points": [[0, 20], [25, 20]]},
+                {"name": "upper", "points": [[60, 40], [50, 40]]},
+            ],
+        },
+        "material": {"E": 210e3, "nu": 0.3, "g_c": 2.5},
+        "loads": [
+            {"edge": "edge_3", "traction": [0, 60]},
+            {"edge": "edge_1", "displacement": {"x": 0, "y": 0}},
+        ],
+        "mesh": {"element": "T3", "size": 4},
+        "growth": {"control": "crack", "increments": 80, "tips": "largest"},
+    }
+    history = cfmpm.run(scene_from_dict(scene)).history
+    meanings = history["tip_status"].attrs["flag_meanings"].split()
+    ends = [meanings[k] for k in history["tip_status"].values[-1]]
+    assert ends == ["arrived_boundary", "severed"]
+    assert "severed" not in {meanings[k] for k in history["tip_status"].values[:-1].ravel()}
+    found = re.fullmatch(
+        r"severed: the part of the body around \((.*), (.*)\) is cut off, and the loads drive it "
+        "away; cut off by lower",
+        history.attrs["ending"],
+    )
+    x, y = map(float, found.groups())
+    assert 0 < x < 60
+    assert 20 < y < 60

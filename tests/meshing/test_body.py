@@ -21,7 +21,7 @@ from meshing_scenes import (
     worst_quality,
 )
 
-from cfmpm.meshing import mesh_size, resolved_grading, triangulate
+from cfmpm.meshing import expected_triangles, mesh_size, resolved_grading, triangulate
 from cfmpm.scene.geometry import Body, body_polygon, snap
 
 
@@ -333,3 +333,17 @@ def test_random_polygons_with_a_crack(radii, mouth, along, depth, clockwise):
     assert tuple(t.nodes[last]) == line[1]
     assert lengths(t, t.cracks["crack_1"]).sum() == pytest.approx(abs(start) * depth, rel=1e-6)
     assert as_set(t.cracks["crack_1"]).isdisjoint(as_set(np.concatenate([*t.edges.values()])))
+
+
+@pytest.mark.parametrize("mesh", [{}, {"size": 20}, {"size": 20, "grading": "uniform"}])
+def test_triangles_are_counted_before_they_are_made(mesh):
+    scene = plate(**mesh)
+    made = len(triangulate(scene).triangles)
+    assert made == pytest.approx(expected_triangles(scene), rel=0.15)
+
+
+def test_triangles_at_holes_are_counted_too():
+    holes = [{"circle": {"centre": [7, 5], "radius": 1}}]
+    scene = body(holes=holes, mesh={"size": 0.5, "hole_size": 0.02, "grading": "uniform"})
+    made = len(triangulate(scene).triangles)
+    assert made == pytest.approx(expected_triangles(scene), rel=0.3)

@@ -14,6 +14,7 @@ from PIL import Image
 from structured import rectangle
 
 from cfmpm.accessor import tip_path
+from cfmpm.errors import SceneError
 from cfmpm.fields import build_fields
 from cfmpm.grid import build_grid
 from cfmpm.plotting import (
@@ -113,6 +114,50 @@ def test_paths_lie_over_the_body(axes: Axes, history: xr.Dataset, kind: str) -> 
     np.testing.assert_array_equal(shown["Smith"], [[1, 2], [3, 4]])
     assert axes.get_xlim()[0] <= 0
     assert axes.get_xlim()[1] >= 20
+
+
+@pytest.mark.parametrize(
+    ("status", "marker", "label"),
+    [
+        ("growing", ">", "still growing"),
+        ("stopped", "s", "stopped"),
+        ("arrived_boundary", "X", "arrived"),
+        ("arrived_crack", "X", "arrived"),
+        ("severed", "D", "in a severed body"),
+    ],
+)
+def test_what_became_of_a_tip_is_marked(
+    axes: Axes, history: xr.Dataset, status: str, marker: str, label: str
+) -> None:
+    """And the legend names what is there, and nothing else."""
+    history["tip_status"][-1] = TIP_STATUS.index(status)
+    draw_paths(axes, history, expand(scene_from_dict(SCENE)))
+    ends = [line for line in axes.lines if line.get_marker() == marker]
+    places = [np.column_stack(line.get_data()).tolist() for line in ends]
+    assert places == [[[4.0, 0.0]], [[6.0, 0.0]], []]
+    assert axes.get_legend_handles_labels()[1] == ["left", "right", label]
+
+
+def test_a_part_that_cannot_be_seen_is_not_named(axes: Axes, history: xr.Dataset) -> None:
+    """The last step of a severed body has no force, and a step of no length no line."""
+    words = list(reversed(PARTS))
+    history["stability"][:] = [words.index(name) for name in ("stable", *["undefined"] * 4)]
+    history["reaction_y"][2:] = np.nan
+    history["reaction_y"][1], history["displacement_y"][1] = -1.0, -0.1
+    draw_load_displacement(axes, history, "top")
+    assert axes.get_legend_handles_labels()[1] == ["no growth"]
+
+
+def test_steps_are_numbered_where_they_lie_apart(axes: Axes, history: xr.Dataset) -> None:
+    draw_load_displacement(axes, history, "top")
+    placed = {text.get_text(): tuple(text.xy) for text in axes.texts}
+    assert placed == {
+        f"step {k + 1}": (
+            -float(history["displacement_y"][k, 0]),
+            -float(history["reaction_y"][k, 0]),
+        )
+        for k in range(5)
+    }
 
 
 def test_a_hole_of_the_outline_stays_empty(axes: Axes, history: xr.Dataset) -> None:
@@ -223,7 +268,7 @@ def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
 
 
 def test_a_film_of_nothing_says_what_makes_fields(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match=r"output\.every"):
+    with pytest.raises(SceneError, match=r"output\.every"):
         animate_growth(tmp_path, tmp_path / "film.gif")
 
 

@@ -247,6 +247,30 @@ def test_numbers_of_other_libraries(number: object) -> None:
     assert type(material.E) is float
 
 
+def test_a_decimal_comma_is_recognised(tmp_path: Path) -> None:
+    """In a flow mapping the comma makes two keys of it, in a block mapping a text."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"name: x\nfamily: {{{SINGLE}}}\nmaterial: {{E: 210.000,5, nu: 0.3}}\n")
+    with pytest.raises(SceneError, match=r"material\.5: unknown key; a decimal comma\?.* 1\.5"):
+        load_scene(path)
+    path.write_text(f"name: x\nfamily: {{{SINGLE}}}\nmaterial:\n  E: 210000,5\n  nu: 0.3\n")
+    with pytest.raises(SceneError, match='with a decimal point; got "210000,5"'):
+        load_scene(path)
+    path.write_text(f"name: x\nfamily: {{{SINGLE}}}\nmaterial: {{E: some, nu: 0.3}}\n")
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    assert "decimal point" not in str(caught.value)
+
+
+def test_an_override_is_called_by_its_key_once() -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_from_dict(GOOD, overrides={"mesh.elemnt": "T3"})
+    assert str(caught.value).startswith("override mesh.elemnt: unknown key")
+    with pytest.raises(SceneError) as caught:
+        scene_from_dict(GOOD, overrides={"mesh": {"size": -2}})
+    assert str(caught.value).startswith("override mesh: mesh.size: must be")
+
+
 OVERRIDES = [
     ({"mesh.size": -2}, "mesh.size", "override mesh.size", "must be greater than 0; got -2"),
     ({"mesh": {"size": -2}}, "mesh.size", "override mesh", "must be greater than 0"),

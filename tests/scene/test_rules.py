@@ -176,3 +176,17 @@ def test_all_problems_at_once(tmp_path: Path) -> None:
         "loads[1].point",
         "mesh.size",
     ]
+
+
+@pytest.mark.parametrize(
+    "cracks", ["[]", "[{points: [[0, 30], [45, 30]]}]"], ids=["none", "from edge to hole"]
+)
+def test_growth_needs_a_tip(cracks: str, tmp_path: Path) -> None:
+    holes = "[{circle: {centre: [50, 30], radius: 5}}]"
+    text = plate(cracks=cracks, holes=holes).replace("nu: 0.3", "nu: 0.3, g_c: 1")
+    path = tmp_path / "scene.yaml"
+    path.write_text(text)
+    assert load_scene(path).growth is None
+    (problem,) = refused(text + "growth: {control: crack}\n", tmp_path)
+    assert problem.key == "growth"
+    assert "needs a crack that ends inside the body" in problem.reason

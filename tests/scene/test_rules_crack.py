@@ -14,6 +14,18 @@ REFUSED = [
     ("[{points: [[-20, 30], [-10, 30], [-5, 50]]}]", "", "[0].points", "lies outside the body"),
     ("[{points: [[48, 30], [52, 30]]}]", HOLE, "[0].points", "lies outside the body"),
     ("[{points: [[-1, 30], [10, 30]]}]", "", "[0].points", "leaves the body near (-0.5, 30)"),
+    (
+        "[{points: [[-1, 28], [9, 38]]}]",
+        "",
+        "[0].points",
+        "near (-0.5, 28.5); to be open there, end it on the edge, at (0, 29)",
+    ),
+    (
+        "[{points: [[20, 30], [47, 30]]}]",
+        HOLE,
+        "[0].points",
+        "runs through hole_1 near (46, 30); to be open there, end it on the edge, at (45, 30)",
+    ),
     ("[{points: [[50, 30], [50, 61], [60, 30]]}]", "", "[0].points", "leaves the body"),
     ("[{points: [[30, 30], [70, 30]]}]", HOLE, "[0].points", "runs through hole_1 near (50, 30)"),
     ("[{points: [[30, 30], [50, 30]]}]", HOLE, "[0].points", "runs through hole_1"),

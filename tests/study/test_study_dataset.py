@@ -108,12 +108,14 @@ def test_values_that_are_no_numbers_become_text(tmp_path: Path) -> None:
         "name: words\nbase: small.yaml\nproduct:\n"
         "  element: {key: mesh.element, values: [T3, T6]}\n"
         "  graded: {key: mesh.grading, values: [uniform, {tip_size: 0.5}]}\n"
+        "  size: {key: mesh.size, values: {coarse: 2, fine: 1}}\n"
     )
     _, _, dataset = solved(tmp_path, text)
     assert dataset["element"].values.tolist() == ["T3", "T6"]
     assert dataset["graded"].values.tolist() == ["uniform", '{"tip_size": 0.5}']
     assert dataset["graded"].attrs["long_name"].startswith("towards crack tips")
-    assert dataset["n_nodes"].sel(element="T6", graded="uniform") > 0
+    nodes = dataset["n_nodes"].sel(element="T6", graded="uniform")
+    assert nodes.sel(size="fine") > nodes.sel(size="coarse")
 
 
 def test_samples_are_one_dimension(tmp_path: Path) -> None:

@@ -31,12 +31,12 @@ def test_product_is_that_of_sets_with_the_last_running_fastest(columns) -> None:
     found = list(expansion.places(axes))
     assert len(found) == expansion.count(axes) == math.prod(map(len, columns.values()))
     # Nested loops, written out as one.
-    for number, (index, values) in enumerate(found):
+    for number, index in enumerate(found):
         rest = number
-        for name in reversed(columns):
+        for k, name in reversed(list(enumerate(columns))):
             rest, i = divmod(rest, len(columns[name]))
-            assert values[name] == columns[name][i]
-            assert index[list(columns).index(name)] == i
+            assert index[k] == i
+            assert axes[k].values[name][i] == columns[name][i]
 
 
 @given(st.integers(1, 5), st.integers(1, 4), NUMBERS)
@@ -45,8 +45,8 @@ def test_zip_goes_side_by_side_along_one_axis(length, width, crossed) -> None:
     axes = expansion.axes(study(product=listed({"p": crossed}), zip=listed(columns)))
     assert [axis.name for axis in axes] == ["p", "sample"]
     assert expansion.count(axes) == len(crossed) * length
-    for (_, i), values in expansion.places(axes):
-        assert all(values[name] == (k, i) for k, name in enumerate(columns))
+    for _, i in expansion.places(axes):
+        assert all(axes[1].values[name][i] == (k, i) for k, name in enumerate(columns))
 
 
 @given(NUMBERS, st.data())
@@ -106,3 +106,13 @@ def test_another_seed_gives_other_draws() -> None:
         return expansion.axes(study(latin_hypercube=cube))[0].values["a"]
 
     assert draws(0) == draws(0) != draws(1)
+
+
+def test_values_have_names_or_are_their_own() -> None:
+    def labels(values) -> list:
+        return expansion.axes(study(zip={"a": {"key": "k", "values": values}}))[0].labels["a"]
+
+    assert labels([1, 2.5]) == [1, 2.5]
+    assert labels(["T3", "T6"]) == ["T3", "T6"]
+    assert labels([1, "auto", True, [3]]) == ["1", "auto", "true", "[3]"]
+    assert labels({"coarse": {"size": 3}, "fine": 1}) == ["coarse", "fine"]

@@ -91,7 +91,7 @@ def test_labels(tmp_path: Path) -> None:
     plan = load_study(write_study(tmp_path, text))
     one = plan.members[-1]
     assert one.index == (1, 1, 1)
-    said = label(plan.axes, one.index, one.values)
+    said = label(plan.axes, one.index)
     assert said == "length=4, E=200000, sample=1 (nu=0.3)"
 
 
@@ -106,7 +106,7 @@ REFUSED = [
         "is missing: of the scene, such as",
     ),
     ("values: [2, 4]", "valus: [2, 4]", 4, "product.length.valus", "did you mean values?"),
-    ("values: [2, 4]", "values: []", 4, "product.length.values", "at least 1"),
+    ("values: [2, 4]", "values: []", 4, "product.length.values", "must be a list of values"),
     (
         "values: [2, 4]",
         "values: [2, 4], linspace: [1, 2, 3]",

@@ -3,46 +3,247 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import xarray as xr
 
-from workflows.performance import figures, scaling, work_precision
+from cfmpm.scene import load_scene
+from cfmpm.simulation import run
+from workflows import reference_fem
+from workflows.performance import defaults, figures, newton_cost, scaling, work_precision
+from workflows.performance.alone import run_alone
+from workflows.performance.pareto import pareto_front
+from workflows.settings import combinations, each_value
 
-GRIDS = [
-    {"element": "T3", "size": 80, "grading": "uniform"},
-    {"element": "T3", "size": 50, "grading": "uniform"},
-]
+EDGE = {
+    "exact": {"G": 0.2547822},
+    "solvers": ["superlu", "amg"],
+    "radii": [30.0, 60.0, 90.0],
+    "solved": {
+        "T3 uniform": {
+            "mesh.element": ["T3"],
+            "mesh.grading": ["uniform"],
+            "mesh.size": [80, 50],
+        },
+        "T6 uniform": {"mesh.element": ["T6"], "mesh.grading": ["uniform"], "mesh.size": [80]},
+    },
+    "axes": [
+        {
+            "mesh.element": ["T6"],
+            "mesh.size": [70, 35],
+            "mesh.grading.tip_size": [3.5, 0.35],
+            "mesh.grading.growth": [0.3, 0.4],
+        }
+    ],
+}
+SHEAR = {
+    "exact": {"G": 0.0534700, "K_I": 107.652, "K_II": 14.34706},
+    "solvers": ["superlu"],
+    "radii": [3.0, 20.0],
+    "solved": {
+        "T6 graded": {
+            "mesh.element": ["T6"],
+            "mesh.size": [10.6],
+            "mesh.grading.growth": [0.3],
+            "mesh.grading.tip_size": [0.05],
+        },
+    },
+    "axes": [
+        {
+            "mesh.element": ["T6"],
+            "mesh.size": [10.6, 5.3],
+            "mesh.grading.tip_size": [0.53, 0.053],
+            "mesh.grading.growth": [0.3, 0.4],
+        }
+    ],
+}
+PATH = {
+    "reference": "shear_plate_limit",
+    "axes": [
+        {
+            "mesh.element": ["T3"],
+            "mesh.grading": ["uniform"],
+            "mesh.size": [8],
+            "growth.order": [1, 2],
+        },
+        {"mesh.element": ["T6"], "mesh.size": [8], "fracture.refine": [4], "growth.order": [1]},
+    ],
+}
 
 
-def test_both_programs_make_the_same_error(scene_file, tmp_path):
-    series = {"T3 uniform": GRIDS, "T6 uniform": [{**mesh, "element": "T6"} for mesh in GRIDS]}
-    path = tmp_path / "work.nc"
+@pytest.fixture(scope="module")
+def measured(root, tmp_path_factory):
+    path = tmp_path_factory.mktemp("work") / "work.nc"
+    paper = root / "configs/paper"
     work_precision.measure(
         path,
-        scene_file,
-        converged=0.2547822,
-        radius=90.0,
         repeats=1,
-        solvers=["superlu", "amg"],
-        series=series,
+        stationary={
+            "edge crack": {"scene": str(paper / "single_edge_crack.yaml"), **EDGE},
+            "shear plate": {"scene": str(paper / "shear_plate.yaml"), **SHEAR},
+        },
+        paths={"shear path": {"scene": str(paper / "shear_plate_growth.yaml"), **PATH}},
     )
-    dataset = xr.load_dataset(path)
-    assert (dataset.seconds > 0).all()
-    for name in series:
-        here = dataset.isel(run=np.flatnonzero(dataset.series == name))
-        for unknowns in np.unique(here.n_unknowns):
-            same = here.error.values[here.n_unknowns == unknowns]
-            assert len(same) >= 3
-            np.testing.assert_allclose(same, same[0], rtol=1e-6)
-    figures.draw_work_precision(path, tmp_path / "work.png")
-    assert (tmp_path / "work.png").stat().st_size > 10_000
+    return path
+
+
+def of(dataset, **chosen):
+    """The runs with these values."""
+    here = np.ones(dataset.sizes["run"], bool)
+    for name, value in chosen.items():
+        here &= (dataset[name] == value).values
+    return dataset.isel(run=np.flatnonzero(here))
+
+
+def test_every_combination_is_a_run(measured):
+    dataset = xr.load_dataset(measured)
+    assert (dataset.cpu > 0).all()
+    assert (dataset.seconds.sel(phase=["mesh", "solve"]) > 0).all()
+    for problem, wanted in (("edge crack", 8), ("shear plate", 8)):
+        runs = of(dataset, problem=problem, part="grading")
+        keys = zip(*(runs[name].values for name in ("size", "tip_size", "growth")), strict=True)
+        assert len(set(keys)) == runs.sizes["run"] == wanted
+        assert of(dataset, problem=problem, part="default").sizes["run"] == 1
+    paths = of(dataset, problem="shear path", part="path")
+    assert paths.order.values.tolist() == [1.0, 2.0, 1.0]
+    default = of(dataset, problem="shear path", part="default")
+    assert default.direction.item() == "max_hoop"
+    radii = of(dataset, problem="edge crack", part="radius", series="T6 uniform").radius
+    np.testing.assert_allclose(radii, [30, 60, 90])
+
+
+def test_both_programs_make_the_same_error(measured):
+    dataset = of(xr.load_dataset(measured), part="solvers")
+    edge = of(dataset, problem="edge crack")
+    assert set(edge.solver.values) >= {"superlu", "amg", "its default"}
+    for element, unknowns in set(zip(edge.element.values, edge.n_unknowns.values, strict=True)):
+        same = of(edge, element=element, n_unknowns=unknowns)
+        assert set(same.program.values) == {"cfmpm", "scikit-fem"}
+        J = same.error.sel(quantity="J")
+        np.testing.assert_allclose(J, J[0], rtol=1e-6)
+    # K by other auxiliary fields and another quadrature: the same but for the error of the ring.
+    shear = of(dataset, problem="shear plate")
+    own, fem = (of(shear, program=name).isel(run=0).error for name in ("cfmpm", "scikit-fem"))
+    np.testing.assert_allclose(fem, own, atol=5e-5)
+    assert float(own.max()) < 2e-3
+
+
+def test_scikit_fem_finds_the_factors_of_a_known_plate(root):
+    """K_I = 107.652, K_II = 14.347 MPa mm^0.5: shear plate, to 1e-3 on this grid."""
+    mesh = {"element": "T6", "size": 8, "grading": {"tip_size": 0.02, "growth": 0.3}}
+    result = run(load_scene(root / "configs/paper/shear_plate.yaml", {"mesh": mesh}))
+    system = reference_fem.assemble(reference_fem.plate_of(result.scene, result.grid), degree=2)
+    solution = reference_fem.solve(system, next(iter(work_precision._fem_solvers().values())))
+    tip = result.grid.nodes[result.grid.tips[0].node]
+    for radius in (5.0, 20.0):
+        K_I, K_II = reference_fem.intensity_factors(solution, tip, radius)
+        assert pytest.approx(107.652, rel=1e-3) == K_I
+        assert pytest.approx(14.34706, rel=1e-3) == K_II
+        J = reference_fem.j_integral(solution, tip, radius)
+        assert system.plate.release_rate(K_I, K_II) == pytest.approx(J, rel=1e-3)
+
+
+def test_figures_and_page(measured, tmp_path):
+    for name in ("work_precision", "grading", "solvers"):
+        getattr(figures, f"draw_{name}")(measured, tmp_path / f"{name}.png")
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+    page = tmp_path / "defaults.html"
+    defaults.write_defaults(measured, {"Solvers": tmp_path / "solvers.png"}, page)
+    text = page.read_text(encoding="utf-8")
+    for word in ("edge crack", "shear plate", "shear path", "order 1", "data:image/png"):
+        assert word in text
+
+
+def runs(cost, error, part):
+    """Gradings of a problem made up for a test: T6 of one size and several tip sizes."""
+    n = len(cost)
+    return xr.Dataset(
+        {
+            "cpu": ("run", cost),
+            "error": (("run", "quantity"), np.outer(error, [1.0, 9.0, 0.5, 0.1])),
+            "distance": ("run", np.full(n, np.nan)),
+        },
+        {
+            "quantity": ["G", "J", "K_I", "K_II"],
+            "problem": ("run", ["plate"] * n),
+            "program": ("run", ["cfmpm"] * n),
+            "part": ("run", part),
+            "element": ("run", ["T6"] * n),
+            "size": ("run", np.ones(n)),
+            "tip_size": ("run", 10.0 ** -np.arange(n)),
+            "growth": ("run", np.full(n, 0.3)),
+        },
+    )
+
+
+@pytest.mark.parametrize(
+    ("cost", "error", "verdict"),
+    [
+        ([1.0, 1.05, 9.0], [1e-3, 0.6e-3, 1e-6], "stays"),
+        ([1.0, 1.05, 9.0], [1e-3, 0.4e-3, 1e-6], "another is better"),
+        ([1.0, 1.20, 9.0], [1e-3, 0.4e-3, 1e-6], "stays"),
+        ([1.0, 0.20, 9.0], [1e-3, 0.4e-3, 1e-6], "another is better"),
+    ],
+)
+def test_verdict_follows_the_data(tmp_path, cost, error, verdict):
+    path, page = tmp_path / "runs.nc", tmp_path / "page.html"
+    runs(cost, error, ["default", "grading", "grading"]).to_netcdf(path)
+    defaults.write_defaults(path, {}, page)
+    text = page.read_text(encoding="utf-8")
+    assert f"<td>{verdict}</td>" in text
+    assert f"<td>{cost[1] / cost[0]:.2f}</td><td>{error[1] / error[0]:.3f}</td>" in text
+
+
+def test_pareto_front():
+    assert pareto_front([3, 1, 2, 4, 2], [1, 5, 3, 1, 4]).tolist() == [1, 2, 0]
+    assert pareto_front([1, 1, np.nan, 2], [2, 1, 0.1, np.nan]).tolist() == [1]
+    assert pareto_front([], []).tolist() == []
+
+
+def test_axes():
+    axes = {"a": [1, 2], "b": ["x", "y", "z"]}
+    assert len(list(combinations(axes))) == 6
+    values = list(each_value(axes))
+    assert values[0] == {"a": 1, "b": "x"}
+    assert {one["a"] for one in values} == {1, 2}
+    assert {one["b"] for one in values} == {"x", "y", "z"}
+    assert len(values) == 4
 
 
 def test_scaling(scene_file, tmp_path):
     path = tmp_path / "scaling.nc"
-    series = {"T3": GRIDS, "T6": [{**mesh, "element": "T6"} for mesh in GRIDS]}
-    scaling.measure(path, scene_file, solver="superlu", repeats=1, series=series)
+    grids = [{"element": "T3", "size": size, "grading": "uniform"} for size in (80, 50)]
+    series = {"T3": grids, "T6": [{**mesh, "element": "T6"} for mesh in grids]}
+    scaling.measure(path, scene_file, solver="superlu", repeats=1, threads=[1, 2], series=series)
     dataset = xr.load_dataset(path)
-    assert dict(dataset.sizes) == {"element": 2, "rank": 2, "phase": 5}
+    assert dict(dataset.sizes) == {"element": 2, "threads": 2, "rank": 2, "phase": 5}
     assert np.isfinite(dataset.exponent).all()
+    assert (dataset.memory > 50).all()
+    assert (dataset.n_points.diff("rank") > 0).all()
     figures.draw_scaling(path, tmp_path / "scaling.png")
     assert (tmp_path / "scaling.png").stat().st_size > 10_000
+
+
+def test_newton_cost_tells_assembly_from_solution(tmp_path):
+    path = tmp_path / "cost.nc"
+    loads = [
+        {"edge": "bottom", "displacement": {"y": -5}},
+        {"edge": "top", "displacement": {"y": 5}},
+    ]
+    newton_cost.measure(
+        path,
+        "configs/paper/large_strain.yaml",
+        solver="superlu",
+        repeats=1,
+        replaced={"loads": loads, "load_steps": 1},
+        meshes=[{"element": element, "size": 80, "grading": "uniform"} for element in ("T3", "T6")],
+    )
+    dataset = xr.load_dataset(path)
+    assert list(dataset.element.values) == ["T3", "T6"]
+    assert list(dataset.part.values) == list(newton_cost.PARTS)
+    assert (dataset.microseconds > 0).all()
+    assert (dataset.whole > 0).all()
+
+
+def test_a_run_alone_that_fails_says_so(scene_file):
+    with pytest.raises(RuntimeError, match="size"):
+        run_alone(scene_file, {"mesh.size": -1}, threads=1, repeats=1)

@@ -8,7 +8,14 @@ import sys
 
 import pytest
 
-TARGETS = ["reproduce-paper", "reproduce_paper", "work-precision", "scaling"]
+TARGETS = [
+    "reproduce-paper",
+    "reproduce_paper",
+    "work-precision",
+    "scaling",
+    "stability",
+    "newton-cost",
+]
 
 
 @pytest.mark.parametrize("target", TARGETS)

@@ -64,9 +64,8 @@ def _straight(e: Evidence, kind: str, n: int, label: str) -> Claim:
         "0 deg by symmetry",
         f"ends at y = {path[-1, 1]:.1f} mm ({str(run.ending.values).split(':')[0]})",
         _grade(*held),
-        "crosses the plate and ends within 2 mm; angles of all segments: where its "
-        "domain reaches over less than two elements, in front of the free edge, a tip goes straight "
-        "on",
+        "crosses the plate and ends within 2 mm; all segments count: in front of the free edge, "
+        "where its domain reaches over less than two elements, a tip goes straight on",
         error=f"largest {largest:.2f}, mean {mean:.2f} deg; end {off:+.1f} mm off the middle",
         figures="9 10" if kind == "cf" else "10",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import csv
 import html
 from collections import Counter
@@ -10,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from workflows.paper.table import Claim, html_page, html_table, read_table, write_text
+from workflows.page import html_image, html_page, write_text
+from workflows.paper.table import Claim, claims_table, read_table
 
 # Beside a figure; by what a claim was decided stands in the table of all.
 BESIDE = ("claim", "paper", "reference", "cfmpm", "error", "held")
@@ -43,7 +43,7 @@ def write_overview(
             parts.append(_figure(str(number), Path(picture), seen))
     parts.append("<h2>Every claim</h2>\n")
     for title, of_table in claims.items():
-        parts.append(f"<h3>{html.escape(title)}</h3>\n{html_table(of_table)}")
+        parts.append(f"<h3>{html.escape(title)}</h3>\n{claims_table(of_table)}")
     write_text(html_page("The paper, reproduced", "".join(parts)), page)
 
 
@@ -75,13 +75,11 @@ def _found(claim: Claim) -> str:
 
 def _figure(number: str, picture: Path, claims: Sequence[Claim]) -> str:
     """A picture with its caption and the claims that are seen in it."""
-    inside = base64.b64encode(picture.read_bytes()).decode()
     caption = (CAPTIONS / f"{picture.stem}.rst").read_text(encoding="utf-8")
     return (
-        f'<figure id="{picture.stem}">\n<img alt="Fig. {html.escape(number)}" '
-        f'src="data:image/png;base64,{inside}">\n<figcaption><b>Fig. {html.escape(number)}.</b> '
-        f"{html.escape(' '.join(caption.split()))}\n{html_table(claims, BESIDE) if claims else ''}"
-        "</figcaption>\n</figure>\n"
+        f'<figure id="{picture.stem}">\n{html_image(picture, f"Fig. {number}")}\n<figcaption>'
+        f"<b>Fig. {html.escape(number)}.</b> {html.escape(' '.join(caption.split()))}\n"
+        f"{claims_table(claims, BESIDE) if claims else ''}</figcaption>\n</figure>\n"
     )
 
 

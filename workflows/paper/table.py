@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import csv
-import html
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from cfmpm.results import written_aside
+from workflows.page import html_page, html_table, write_text
 
 # Of the table to be read; the CSV file has all fields.
 SHOWN = ("claim", "paper", "reference", "cfmpm", "error", "held", "test")
@@ -71,7 +71,7 @@ def write_table(
         writer.writerows(asdict(claim) for claim in claims)
     lines = [SHOWN, ["---"] * len(SHOWN), *(_cells(claim) for claim in claims)]
     write_text("".join(f"| {' | '.join(line)} |\n" for line in lines), markdown)
-    write_text(html_page(title, html_table(claims)), page)
+    write_text(html_page(title, claims_table(claims)), page)
 
 
 def read_table(path: str | Path) -> list[Claim]:
@@ -80,49 +80,12 @@ def read_table(path: str | Path) -> list[Claim]:
         return [Claim(**row) for row in csv.DictReader(file)]
 
 
-def write_text(text: str, path: str | Path) -> None:
-    """Write a text file aside and rename it."""
-    with written_aside(Path(path)) as aside:
-        aside.write_text(text, encoding="utf-8")
-
-
-def html_table(claims: Iterable[Claim], columns: Sequence[str] = SHOWN) -> str:
+def claims_table(claims: Iterable[Claim], columns: Sequence[str] = SHOWN) -> str:
     """Return claims as an HTML table, one row each below a head."""
-    rows = "".join(
-        f'<tr class="{claim.verdict.replace(" ", "-")}">{_row(_cells(claim, columns), "td")}</tr>\n'
-        for claim in claims
-    )
-    return f"<table>\n<tr>{_row(columns, 'th')}</tr>\n{rows}</table>\n"
-
-
-def html_page(title: str, body: str) -> str:
-    """Return a whole HTML page that needs no other file."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{html.escape(title)}</title>\n<style>{_STYLE}</style></head>\n"
-        f"<body>\n<h1>{html.escape(title)}</h1>\n{body}</body></html>\n"
-    )
+    claims = list(claims)
+    rows = [_cells(claim, columns) for claim in claims]
+    return html_table(columns, rows, [claim.verdict.replace(" ", "-") for claim in claims])
 
 
 def _cells(claim: Claim, columns: Sequence[str] = SHOWN) -> list[str]:
     return [getattr(claim, name) for name in columns]
-
-
-def _row(cells: Iterable[str], tag: str) -> str:
-    return "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells)
-
-
-# A bar beside each line and its word in the column "held": not by colour alone.
-_STYLE = """
-body { font: 14px/1.4 sans-serif; color: #222; margin: 1.5em; }
-table { border-collapse: collapse; margin: 0.5em 0 1em; }
-td, th { border: 1px solid #bbb; padding: 4px 8px; text-align: left; vertical-align: top; }
-tr.yes td:first-child { border-left: 6px solid #009e73; }
-tr.in-part td:first-child { border-left: 6px solid #e69f00; }
-tr.no td:first-child { border-left: 6px solid #d55e00; }
-tr.misprint td:first-child { border-left: 6px solid #56b4e9; }
-figure { margin: 1em 0 2em; display: grid; gap: 1em; align-items: start; }
-figure img { width: 100%; }
-@media (min-width: 1000px) { figure { grid-template-columns: 2fr 3fr; } }
-figcaption table { font-size: 12px; }
-"""

@@ -9,63 +9,159 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from cfmpm.plotting.curves import draw_curve, draw_power
-from cfmpm.plotting.style import panels
+from cfmpm.plotting.style import BLACK, panels
+from workflows.performance.pareto import pareto_front
+
+CPU = "CPU time, mesh to K [s]"
 
 
 def draw_work_precision(data: str | Path, picture: str | Path) -> None:
-    """Draw the error of J against wall time and against unknowns.
+    """Draw the error of each problem against CPU time, the best for its price, and the defaults.
 
     Parameters
     ----------
     data : Path
-        From `work_precision.measure`.
+        From `work_precision.measure`; as in all plots here but the last.
     picture : Path
     """
     dataset = xr.load_dataset(data)
-    times = {
-        "mesh, solve and post": dataset.seconds.sum("phase"),
-        "solve alone: assembly, factorisation, stress": dataset.seconds.sel(phase="solve"),
-    }
-    names = list(dict.fromkeys(dataset.series.values))
-    with panels(Path(picture), (11.0, 8.4), 2, 2) as axes:
-        for k, series in enumerate(names):
-            _draw_best(axes[0, 0], dataset, times["mesh, solve and post"], series, k)
-            here = (dataset.series == series) & (dataset.program == "cfmpm")
-            one = dataset.isel(run=np.flatnonzero(here & (dataset.solver == _first(dataset))))
-            draw_curve(axes[0, 1], one.n_unknowns, one.error, series, k)
-        for one_axes, series in zip(axes[1], (names[0], names[-1]), strict=True):
-            here = dataset.series == series
-            pairs = dict.fromkeys(
-                zip(dataset.program[here].values, dataset.solver[here].values, strict=True)
-            )
+    with panels(Path(picture), (11.0, 8.6), 2, 2) as axes:
+        shown = [("edge crack", "G"), ("shear plate", "K_I"), ("shear plate", "K_II")]
+        for one, (problem, quantity) in zip(axes.flat, shown, strict=False):
+            runs = dataset.isel(run=np.flatnonzero(dataset.problem == problem))
+            _draw_stationary(one, runs, quantity)
+            one.set_title(f"{problem}: {quantity}")
+            one.set_ylabel(f"relative error of {quantity}")
+            one.set_xlabel(CPU)
+        one = axes[1, 1]
+        problem = str(dataset.problem[np.isfinite(dataset.distance)][0].item())
+        _draw_paths(one, dataset.isel(run=np.flatnonzero(dataset.problem == problem)))
+        one.set_title(problem)
+        one.set_ylabel("largest distance from the known path [mm]")
+        one.set_xlabel("CPU time of the whole path [s]")
+        for one in axes.flat:
+            one.set_xscale("log")
+            one.set_yscale("log")
+            one.legend(fontsize=7)
+
+
+def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str) -> None:
+    error = runs.error.sel(quantity=quantity)
+    own = (runs.program == "cfmpm") & np.isin(runs.part, ("solvers", "grading", "default"))
+    uniform = np.isnan(runs.growth)
+    style = 0
+    for element in ("T3", "T6"):
+        for label, here in (("uniform", uniform), ("graded", ~uniform)):
+            chosen = np.flatnonzero(own & (runs.element == element) & here)
+            draw_curve(axes, runs.cpu[chosen], error[chosen], f"{element} {label}", style, line="")
+            style += 1
+    for element, name, style in (("T3", "P1", 4), ("T6", "P2", 5)):
+        chosen = np.flatnonzero((runs.program == "scikit-fem") & (runs.element == element))
+        best = chosen[pareto_front(runs.cpu[chosen], error[chosen])]
+        label = f"scikit-fem {name}, on the same grids"
+        draw_curve(axes, runs.cpu[best], error[best], label, style, line="", hollow=True)
+    _draw_front(axes, runs.cpu[own], error[own])
+    _draw_default(axes, runs, error)
+
+
+def _draw_paths(axes: Axes, runs: xr.Dataset) -> None:
+    style = 0
+    for element in ("T3", "T6"):
+        for order in (1, 2):
+            for refined in (False, True):
+                here = (runs.element == element) & (runs.order == order)
+                here &= np.isfinite(runs.refine) == refined
+                chosen = np.flatnonzero(here & (runs.part == "path"))
+                if chosen.size:
+                    label = f"{element}, order {order}{', refined at the tip' if refined else ''}"
+                    x, y = runs.cpu[chosen], runs.distance[chosen]
+                    draw_curve(axes, x, y, label, style, line="")
+                    style += 1
+    _draw_front(axes, runs.cpu, runs.distance)
+    _draw_default(axes, runs, runs.distance)
+
+
+def _draw_front(axes: Axes, cost: xr.DataArray, error: xr.DataArray) -> None:
+    front = pareto_front(cost, error)
+    line = {"color": BLACK, "lw": 0.9, "drawstyle": "steps-post", "zorder": 1}
+    axes.plot(cost[front], error[front], label="best for its price", **line)
+
+
+def _draw_default(axes: Axes, runs: xr.Dataset, error: xr.DataArray) -> None:
+    (here,) = np.flatnonzero(runs.part == "default")
+    mark = {"color": BLACK, "ms": 13.0, "mfc": "yellow", "zorder": 5}
+    axes.plot(runs.cpu[here], error[here], "*", label="the defaults of cfmpm", **mark)
+
+
+def draw_grading(data: str | Path, picture: str | Path) -> None:
+    """Draw what the numbers of the grading do to error and CPU time, and what the radius does."""
+    dataset = xr.load_dataset(data)
+    with panels(Path(picture), (12.0, 7.6), 2, 3) as axes:
+        for row, (problem, quantity) in zip(
+            axes, (("edge crack", "G"), ("shear plate", "K_I")), strict=True
+        ):
+            runs = dataset.isel(run=np.flatnonzero(dataset.problem == problem))
+            (default,) = np.flatnonzero(runs.part == "default")
+            graded = (runs.part == "grading") & (runs.element == runs.element[default])
+            size = _nearest(runs["size"][graded], runs["size"][default])
+            graded &= runs["size"] == size
+            for k, growth in enumerate(np.unique(runs.growth[graded])):
+                chosen = np.flatnonzero(graded & (runs.growth == growth))
+                x = runs.tip_size[chosen] / size
+                label = f"growth {growth:g}"
+                draw_curve(row[0], x, runs.error.sel(quantity=quantity)[chosen], label, k)
+                draw_curve(row[1], x, runs.cpu[chosen], label, k)
+            at = float(runs.tip_size[default] / runs["size"][default])
+            error = runs.error.sel(quantity=quantity)
+            for one, value in ((row[0], error[default]), (row[1], runs.cpu[default])):
+                one.plot(at, value, "*", color=BLACK, ms=13, mfc="yellow", label="default")
+                one.set_xlabel("element size at the tip / away from it")
+            row[0].set_title(f"{problem}, T6, size {size:g} mm")
+            row[0].set_ylabel(f"relative error of {quantity}")
+            row[1].set_ylabel(CPU)
+            series = runs.series[runs.part == "radius"].values
+            for k, name in enumerate(dict.fromkeys(series)):
+                chosen = np.flatnonzero((runs.part == "radius") & (runs.series == name))
+                draw_curve(row[2], runs.radius[chosen], error[chosen], f"{name}, finest", k)
+            row[2].set_xlabel("domain radius [mm]")
+            row[2].set_ylabel(f"relative error of {quantity}")
+            for one in row:
+                one.set_xscale("log")
+                one.set_yscale("log")
+                one.legend(fontsize=7)
+
+
+def _nearest(values: xr.DataArray, wanted: xr.DataArray) -> float:
+    found = np.unique(values)
+    return float(found[np.argmin(np.abs(np.log(found / float(wanted))))])
+
+
+def draw_solvers(data: str | Path, picture: str | Path) -> None:
+    """Draw the wall time of assembly, solution and stress of all solvers on the same grids."""
+    dataset = xr.load_dataset(data)
+    compared = (dataset.part == "solvers") & (dataset.problem == dataset.problem[0])
+    runs = dataset.isel(run=np.flatnonzero(compared))
+    seconds = runs.seconds.sel(phase="solve")
+    with panels(Path(picture), (10.0, 4.4), 1, 2) as axes:
+        for one, element in zip(axes.flat, ("T3", "T6"), strict=True):
+            pairs = dict.fromkeys(zip(runs.program.values, runs.solver.values, strict=True))
             for k, (program, solver) in enumerate(pairs):
-                run = np.flatnonzero(
-                    here & (dataset.program == program) & (dataset.solver == solver)
-                )
-                seconds = times["solve alone: assembly, factorisation, stress"].isel(run=run)
-                draw_curve(
-                    one_axes,
-                    seconds,
-                    dataset.error.isel(run=run),
-                    f"{program}, {solver}",
-                    k,
-                    line="--" if program == "scikit-fem" else "-",
-                )
-            one_axes.set_title(f"{series}: all solvers, without mesh")
-            one_axes.set_xlabel("wall time of assembly, solution and stress [s]")
-        axes[0, 0].set_title("full: cfmpm, dashed: scikit-fem; fastest solver of each")
-        axes[0, 0].set_xlabel("wall time with mesh and post-processing [s]")
-        axes[0, 1].set_title("the grids: cfmpm and scikit-fem agree to round-off")
-        axes[0, 1].set_xlabel("unknowns")
-        for one_axes in axes.flat:
-            one_axes.set_xscale("log")
-            one_axes.set_yscale("log")
-            one_axes.set_ylabel("|J / converged - 1|")
-            one_axes.legend(fontsize=7)
+                here = (runs.program == program) & (runs.solver == solver)
+                chosen = np.flatnonzero(here & (runs.element == element) & np.isnan(runs.growth))
+                chosen = chosen[np.argsort(runs.n_unknowns[chosen].values)]
+                line = "--" if program == "scikit-fem" else "-"
+                label = f"{program}, {solver}"
+                draw_curve(one, runs.n_unknowns[chosen], seconds[chosen], label, k, line=line)
+            one.set_title(f"{element}, uniform grids")
+            one.set_xlabel("unknowns")
+            one.set_ylabel("wall time of assembly, solution and stress [s]")
+            one.set_xscale("log")
+            one.set_yscale("log")
+            one.legend(fontsize=7)
 
 
 def draw_scaling(data: str | Path, picture: str | Path) -> None:
-    """Draw the wall time of each phase against the number of points.
+    """Draw the wall time of each phase, and the memory, against the number of points.
 
     Parameters
     ----------
@@ -74,46 +170,27 @@ def draw_scaling(data: str | Path, picture: str | Path) -> None:
     picture : Path
     """
     dataset = xr.load_dataset(data)
-    with panels(Path(picture), (10.0, 4.6), 1, dataset.sizes["element"]) as axes:
-        for one_axes, element in zip(axes.flat, dataset.element.values, strict=True):
-            one = dataset.sel(element=element)
+    alone = dataset.isel(threads=0)
+    with panels(Path(picture), (11.0, 8.0), 2, dataset.sizes["element"]) as axes:
+        for (times, memory), element in zip(axes.T, dataset.element.values, strict=True):
+            one = alone.sel(element=element)
             for k, phase in enumerate(one.phase.values):
                 label = f"{phase} ~ n^{float(one.exponent.sel(phase=phase)):.2f}"
-                draw_curve(one_axes, one.n_points, one.wall_time.sel(phase=phase), label, k)
-            total = one.wall_time.sum("phase", min_count=1)
-            draw_curve(one_axes, one.n_points, total, "all", -1)
+                draw_curve(times, one.n_points, one.wall_time.sel(phase=phase), label, k)
+            for k, threads in enumerate(dataset.threads.values):
+                runs = dataset.sel(element=element, threads=threads)
+                total = runs.wall_time.sum("phase", min_count=1)
+                label = f"all, {threads} thread{'s' if threads > 1 else ''}"
+                draw_curve(times, one.n_points, total, label, -1, line="-:"[k] if k < 2 else "--")
+                draw_curve(memory, one.n_points, runs.memory / 1e3, label, k)
             ends = float(one.n_points.min()), float(one.n_points.max())
-            draw_power(one_axes, ends, 2.0 * float(total.isel(rank=0)), 1.0, "n")
-            one_axes.set_title(f"{element}: phases, exponents fitted from 10 000 points")
-            one_axes.set_xscale("log")
-            one_axes.set_yscale("log")
-            one_axes.set_xlabel("material points")
-            one_axes.set_ylabel("wall time [s]")
-            one_axes.legend(fontsize=7)
-
-
-def _draw_best(
-    axes: Axes, dataset: xr.Dataset, seconds: xr.DataArray, series: str, style: int
-) -> None:
-    """Of each program the fastest solver on each grid."""
-    for program, line in (("cfmpm", "-"), ("scikit-fem", "--")):
-        here = np.flatnonzero((dataset.series == series) & (dataset.program == program))
-        unknowns = dataset.n_unknowns.isel(run=here).values
-        fastest = [
-            here[unknowns == n][int(np.argmin(seconds.isel(run=here[unknowns == n]).values))]
-            for n in np.unique(unknowns)
-        ]
-        label = series if program == "cfmpm" else "_nolegend_"
-        draw_curve(
-            axes,
-            seconds.isel(run=fastest),
-            dataset.error.isel(run=fastest),
-            label,
-            style,
-            line=line,
-            hollow=program == "scikit-fem",
-        )
-
-
-def _first(dataset: xr.Dataset) -> str:
-    return str(dataset.solver[0].item())
+            first = float(one.wall_time.sum("phase", min_count=1).isel(rank=0))
+            draw_power(times, ends, 2.0 * first, 1.0, "n")
+            times.set_title(f"{element}: phases, exponents fitted from 10 000 points")
+            times.set_ylabel("wall time [s]")
+            memory.set_ylabel("peak memory of the process [GB]")
+            for panel in (times, memory):
+                panel.set_xscale("log")
+                panel.set_yscale("log")
+                panel.set_xlabel("material points")
+                panel.legend(fontsize=7)

@@ -1,4 +1,4 @@
-"""Run time of each phase against the number of material points."""
+"""Run time of each phase, and memory, against the number of material points and of threads."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-import cfmpm
-from cfmpm.results import write_dataset
-from workflows.settings import scene_with
+from cfmpm.results import provenance, write_dataset
+from cfmpm.scene import load_scene
+from workflows.performance.alone import run_alone
 
 # Smaller runs are governed by fixed costs, which have no exponent.
 FITTED_FROM = 10_000
@@ -25,6 +25,7 @@ def measure(
     *,
     solver: str,
     repeats: int,
+    threads: Sequence[int],
     series: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> None:
     """Measure grids of growing size.
@@ -32,49 +33,66 @@ def measure(
     Parameters
     ----------
     path : Path
-        Of the netCDF file; dimensions element, rank (from the smallest grid), phase.
+        Of the netCDF file; dimensions element, threads, rank (from the smallest grid), phase.
     scene : str
         Scene file.
     solver : str
     repeats : int
-        The fastest run counts; one run alone above half a million points.
+        The fastest run counts.
+    threads : sequence of int
+        Each number in processes of its own.
     series : mapping
         Lists of grids by element, smallest first.
     """
     elements = []
-    for element, meshes in series.items():
-        rows, used = [], []
-        for mesh in meshes:
-            scenario = scene_with(scene, mesh, solver=solver)
-            runs: list[xr.Dataset] = []
-            while len(runs) < repeats and not (runs and runs[0].n_points > 500_000):
-                history = cfmpm.run(scenario).history
-                runs.append(
-                    history.isel(step=0, drop=True)[["wall_time", "n_points", "n_unknowns"]]
-                )
-            fastest = min(runs, key=lambda run: float(run.wall_time.sum()))
-            log.info("%s: %d points, %.2f s", element, fastest.n_points, fastest.wall_time.sum())
-            rows.append(fastest)
-            used.append(history.attrs["solver"])
-        ranked = xr.concat(rows, "rank", combine_attrs="drop_conflicts")
-        elements.append(
-            ranked.assign(exponent=_exponents(ranked), solver_used=("rank", used)).assign_coords(
-                rank=np.arange(len(rows))
-            )
-        )
-    dataset = xr.concat(elements, "element", join="outer", combine_attrs="drop_conflicts")
-    dataset = dataset[["wall_time", "n_points", "n_unknowns", "exponent", "solver_used"]]
-    dataset = dataset.drop_vars("load_factor", errors="ignore").assign_coords(element=list(series))
-    dataset.attrs |= {
-        key: history.attrs[key] for key in ("Conventions", "source", "references", "versions")
-    }
-    dataset.attrs["title"] = "Run time against the number of material points"
+    for meshes in series.values():
+        of_threads = []
+        for n in threads:
+            rows = []
+            for mesh in meshes:
+                replaced = {"mesh": dict(mesh), "solver": solver}
+                rows.append(_row(run_alone(scene, replaced, threads=n, repeats=repeats)))
+                told = float(rows[-1].wall_time.sum()), float(rows[-1].memory)
+                log.info("%s, %d threads: %.2f s, %.0f MB", mesh, n, *told)
+            ranked = xr.concat(rows, "rank").assign_coords(rank=np.arange(len(rows)))
+            of_threads.append(ranked.assign(exponent=_exponents(ranked)))
+        elements.append(xr.concat(of_threads, xr.Variable("threads", list(threads))))
+    dataset = xr.concat(elements, xr.Variable("element", list(series)), join="outer")
+    # How large a grid is does not depend on the threads.
+    for name in ("n_points", "n_unknowns"):
+        dataset[name] = dataset[name].isel(threads=0, drop=True)
+    told = provenance(load_scene(scene))
+    dataset.attrs = {key: told[key] for key in ("Conventions", "source", "references", "versions")}
+    dataset.attrs["title"] = "Run time and memory against the number of material points"
     write_dataset(dataset, Path(path))
+
+
+def _row(found: Mapping[str, Any]) -> xr.Dataset:
+    """One grid."""
+    said = {
+        "wall_time": ("s", "wall time of the fastest run"),
+        "memory": ("MB", "peak of the process, libraries included"),
+        "n_points": ("1", "material points"),
+        "n_unknowns": ("1", "free degrees of freedom"),
+    }
+    row = xr.Dataset(
+        {
+            "wall_time": ("phase", list(found["seconds"].values())),
+            "memory": found["memory"],
+            "n_points": float(found["n_points"]),
+            "n_unknowns": float(found["n_unknowns"]),
+            "solver_used": found["solver"],
+        },
+        {"phase": list(found["seconds"])},
+    )
+    for name, (units, long_name) in said.items():
+        row[name].attrs = {"units": units, "long_name": long_name}
+    return row
 
 
 def _exponents(ranked: xr.Dataset) -> xr.DataArray:
     """Exponent of each phase in time ~ points^exponent, over the larger grids."""
-    large = ranked.where(ranked.n_points >= FITTED_FROM, drop=True)
+    large = ranked.isel(rank=np.flatnonzero(ranked.n_points >= FITTED_FROM))
     if large.sizes["rank"] < 2:
         large = ranked
     values = [

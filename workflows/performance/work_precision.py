@@ -1,11 +1,11 @@
-"""Error of J against run time: cfmpm and scikit-fem on the same grids, in one process."""
+"""Error against run time: stationary cracks, by cfmpm and scikit-fem, and paths of growing ones."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,122 +16,177 @@ from skfem import solver_direct_scipy
 
 import cfmpm
 from cfmpm.grid import Floats
-from cfmpm.results import write_dataset
+from cfmpm.meshing.sizes import mesh_size, resolved_grading
+from cfmpm.results import provenance, write_dataset
+from cfmpm.scene import Scene, load_scene
 from cfmpm.solvers import SOLVERS, available
 from workflows import reference_fem
-from workflows.settings import scene_with
+from workflows.paper.growth import reference as path_points
+from workflows.settings import combinations
 
+QUANTITIES = ("G", "J", "K_I", "K_II")
 PHASES = ("mesh", "solve", "post")
+# Leave to the program what grid and domains, and how a crack grows.
+DEFAULT: dict[str, Any] = {"mesh": {}, "fracture": {}}
+DEFAULT_GROWTH = DEFAULT | {"growth": {}}
 log = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True)
-class Measurement:
-    """One program on one grid.
-
-    Attributes
-    ----------
-    J : float
-        [N/mm].
-    n_unknowns : int
-    seconds : tuple of float
-        By `PHASES` [s].
-    """
-
-    J: float
-    n_unknowns: int
-    seconds: tuple[float, float, float]
+Row = dict[str, Any]
+Task = Callable[[int], list[Row]]
 
 
 def measure(
     path: str | Path,
-    scene: str | Path,
     *,
-    converged: float,
-    radius: float,
     repeats: int,
-    solvers: Sequence[str],
-    series: Mapping[str, Sequence[Mapping[str, Any]]],
+    stationary: Mapping[str, Mapping[str, Any]],
+    paths: Mapping[str, Mapping[str, Any]],
 ) -> None:
-    """Measure all grids with all solvers.
+    """Measure all problems.
 
     Parameters
     ----------
     path : Path
-        Of the netCDF file; dimensions run, phase.
-    scene : str
-        Scene file.
-    converged : float
-        J from which the error is counted [N/mm].
-    radius : float
-        Outer radius of the ring of J [mm].
+        Of the netCDF file; dimension run, with a coordinate for each value that was replaced in a
+        scene, and dimensions quantity and phase.
     repeats : int
-    solvers : sequence of str
-        What is not installed is left out.
-    series : mapping
-        Lists of grids, by name.
+        Of which the fastest counts.
+    stationary, paths : mapping
+        By name, what `settings.StationaryProblem` and `settings.PathProblem` hold.
     """
-    solvers = [name for name in solvers if available(name)]
-    rows: list[dict[str, Any]] = []
-    attributes: dict[str, Any] = {}
-    for name, meshes in series.items():
-        for solver in solvers:  # loads libraries and touches memory
-            cfmpm.run(scene_with(scene, meshes[0], [radius], solver=solver))
-        for mesh in meshes:
-            grid_seconds = []
-            for solver in solvers:
-                scenario = scene_with(scene, mesh, [radius], solver=solver)
-                runs = []
-                for _ in range(repeats):
-                    result = cfmpm.run(scenario)
-                    runs.append(_of_history(result.history))
-                fastest = _fastest(runs)
-                grid_seconds.append(fastest.seconds[0])
-                rows.append(
-                    {"series": name, "program": "cfmpm", "solver": solver, **asdict(fastest)}
-                )
-            attributes = attributes or result.history.attrs
-            for solver, solve in _fem_solvers().items():
-                runs = [_run_fem(result, radius, solve, min(grid_seconds)) for _ in range(repeats)]
-                fastest = _fastest(runs)
-                rows.append(
-                    {"series": name, "program": "scikit-fem", "solver": solver, **asdict(fastest)}
-                )
-            log.info("%s %s: J = %.7f", name, mesh, rows[-1]["J"])
-    J = np.array([row["J"] for row in rows])
-    dataset = xr.Dataset(
-        {
-            "J": ("run", J, {"units": "N mm-1", "long_name": "J in a ring"}),
-            "error": ("run", np.abs(J / converged - 1.0), {"units": "1", "long_name": "of J"}),
-            "n_unknowns": ("run", [row["n_unknowns"] for row in rows], {"units": "1"}),
-            "seconds": (
-                ("run", "phase"),
-                [row["seconds"] for row in rows],
-                {"units": "s", "long_name": "wall time, the least of several warm runs"},
-            ),
-        },
-        {
-            **{key: ("run", [row[key] for row in rows]) for key in ("series", "program", "solver")},
-            "phase": list(PHASES),
-        },
-        {key: attributes[key] for key in ("Conventions", "source", "references", "versions")},
-    )
-    dataset.attrs |= {"title": "Error of J against run time", "converged": converged}
-    write_dataset(dataset, Path(path))
+    tasks: list[tuple[Row, Task]] = []  # all scenes are read before the first runs
+    for name, problem in stationary.items():
+        tasks += [({"problem": name} | about, task) for about, task in _stationary(**problem)]
+    for name, problem in paths.items():
+        tasks += [({"problem": name} | about, task) for about, task in _paths(**problem)]
+    rows: list[Row] = []
+    for about, task in tasks:
+        rows += [about | row for row in task(repeats)]
+        log.info("%s: %.2f s", about, rows[-1]["cpu"])
+    told = provenance(load_scene(next(iter(stationary.values()))["scene"]))
+    attributes = {key: told[key] for key in ("Conventions", "source", "references", "versions")}
+    attributes["title"] = "Error against run time"
+    write_dataset(_dataset(rows).assign_attrs(attributes), Path(path))
 
 
-def _fastest(runs: Sequence[Measurement]) -> Measurement:
-    """The least time of each phase: the others were disturbed."""
-    mesh, solve, post = np.min([run.seconds for run in runs], axis=0)
-    return replace(runs[0], seconds=(float(mesh), float(solve), float(post)))
+def _stationary(
+    scene: str,
+    exact: Mapping[str, float],
+    solvers: Sequence[str],
+    solved: Mapping[str, Mapping[str, Any]],
+    axes: Sequence[Mapping[str, Any]],
+    radii: Sequence[float],
+) -> Iterator[tuple[Row, Task]]:
+    """The runs of a stationary crack, and what each is part of."""
+    for series, grids in solved.items():
+        for replaced in combinations(grids):
+            scenarios = [
+                load_scene(scene, {**replaced, "fracture": {}, "solver": solver})
+                for solver in solvers
+                if available(solver)
+            ]
+            about = {"part": "solvers", "series": series, **_beside_the_grid(replaced)}
+            yield about, partial(_compare, scenarios, exact)
+        finest = load_scene(scene, {**replaced, "fracture.radii": list(radii)})
+        yield {"part": "radius", "series": series}, partial(_solve, finest, exact)
+    for one in axes:
+        for replaced in combinations(one):
+            about = {"part": "grading", **_beside_the_grid(replaced)}
+            scenario = load_scene(scene, {**replaced, "fracture": {}})
+            yield about, partial(_solve, scenario, exact)
+    yield {"part": "default"}, partial(_solve, load_scene(scene, DEFAULT), exact)
 
 
-def _of_history(history: xr.Dataset) -> Measurement:
-    step = history.isel(step=0, tip=0)
-    seconds = step.wall_time
-    mesh, post = float(seconds.sel(phase="grid")), float(seconds.sel(phase="fracture"))
-    solve = float(seconds.sum()) - mesh - post
-    return Measurement(float(step.J), int(step.n_unknowns), (mesh, solve, post))
+def _paths(
+    scene: str, reference: str, axes: Sequence[Mapping[str, Any]]
+) -> Iterator[tuple[Row, Task]]:
+    """The runs of a growing crack."""
+    known = path_points(reference)
+    for one in axes:
+        for replaced in combinations(one):
+            about = {"part": "path", **_beside_the_grid(replaced)}
+            yield about, partial(_grow, load_scene(scene, replaced), known)
+    yield {"part": "default"}, partial(_grow, load_scene(scene, DEFAULT_GROWTH), known)
+
+
+def _beside_the_grid(replaced: Mapping[str, Any]) -> Row:
+    """What of a scene was replaced, but for the grid, whose numbers are told as they are."""
+    return {
+        key.split(".")[-1]: value for key, value in replaced.items() if not key.startswith("mesh.")
+    }
+
+
+def _compare(scenarios: Sequence[Scene], exact: Mapping[str, float], repeats: int) -> list[Row]:
+    """One grid by all solvers, and by scikit-fem."""
+    rows = []
+    for scenario in scenarios:
+        result, found = _run(scenario, exact, repeats)
+        rows += found
+    mesh = min(row["seconds"][0] for row in rows)
+    for solver, solve in _fem_solvers().items():
+        row = _solve_by_fem(result, exact, solve, repeats)
+        # The grid is taken over as it is: it costs what it costs.
+        row["seconds"][0] = mesh
+        row["cpu"] += mesh
+        rows.append(row | {"program": "scikit-fem", "solver": solver})
+    return rows
+
+
+def _solve(scenario: Scene, exact: Mapping[str, float], repeats: int) -> list[Row]:
+    return _run(scenario, exact, repeats)[1]
+
+
+def _run(
+    scenario: Scene, exact: Mapping[str, float], repeats: int
+) -> tuple[cfmpm.Result, list[Row]]:
+    """Run a scene, and compare each domain radius that was asked for; else the largest alone."""
+    cpu, runs = [], []
+    for _ in range(repeats):
+        start = time.process_time()
+        result = cfmpm.run(scenario)
+        cpu.append(time.process_time() - start)
+        runs.append(_phases(result.history))
+    step = result.history.isel(step=0, tip=0)
+    shared = {
+        "cpu": min(cpu),
+        "seconds": np.min(runs, axis=0),
+        "n_unknowns": int(step.n_unknowns),
+        "program": "cfmpm",
+        "solver": result.history.attrs["solver"],
+        **_grading(scenario),
+    }
+    chosen = [-1] if isinstance(scenario.fracture.radii, int) else range(step.sizes["radius"])
+    rows = []
+    for i in chosen:
+        found = {name: float(step[f"{name}_radius"][i]) for name in QUANTITIES}
+        radius = float(step.domain_radius[i])
+        rows.append(shared | {"error": _errors(found, exact), "radius": radius})
+    return result, rows
+
+
+def _grading(scenario: Scene) -> Row:
+    """The numbers of a grid, which a default leaves to the program [mm]."""
+    grading = resolved_grading(scenario)
+    size = mesh_size(scenario)
+    return {
+        "element": scenario.mesh.element,
+        "size": size,
+        "tip_size": grading.tip_size if grading else size,
+        "growth": grading.growth if grading else np.nan,
+    }
+
+
+def _phases(history: xr.Dataset) -> list[float]:
+    """Wall time of a run by `PHASES` [s]."""
+    of_phase = history.wall_time.sum("step")
+    mesh, post = float(of_phase.sel(phase="grid")), float(of_phase.sel(phase="fracture"))
+    return [mesh, float(of_phase.sum()) - mesh - post, post]
+
+
+def _errors(found: Mapping[str, float], exact: Mapping[str, float]) -> list[float]:
+    """Relative errors of `QUANTITIES`; J is compared with G."""
+    known = {**exact, "J": exact["G"]}
+    return [abs(found[q] / known[q] - 1.0) if q in known else np.nan for q in QUANTITIES]
 
 
 def _fem_solvers() -> dict[str, Callable[[Any, Floats], Floats]]:
@@ -142,21 +197,114 @@ def _fem_solvers() -> dict[str, Callable[[Any, Floats], Floats]]:
     return found
 
 
-def _run_fem(
+def _solve_by_fem(
     result: cfmpm.Result,
-    radius: float,
+    exact: Mapping[str, float],
     solve: Callable[[Any, Floats], Floats],
-    grid_seconds: float,
-) -> Measurement:
-    """One run of scikit-fem on the grid of a result, which it takes over as it is."""
+    repeats: int,
+) -> Row:
+    """Run scikit-fem on the grid of a result."""
     grid, scene = result.grid, result.scene
     tip = grid.nodes[grid.tips[0].node]
+    radius = float(result.history.domain_radius[0, 0, -1])
     plate = reference_fem.plate_of(scene, grid)
-    start = time.perf_counter()
-    system = reference_fem.assemble(plate, degree=grid.elements.shape[1] // 3)
-    solution = reference_fem.solve(system, solve)
-    solved = time.perf_counter()
-    J = reference_fem.j_integral(solution, tip, radius)
-    done = time.perf_counter()
-    n = len(solution.displacement) - len(system.held)
-    return Measurement(J, n, (grid_seconds, solved - start, done - solved))
+    cpu, runs = [], []
+    for _ in range(repeats):
+        begun, start = time.process_time(), time.perf_counter()
+        system = reference_fem.assemble(plate, degree=grid.elements.shape[1] // 3)
+        solution = reference_fem.solve(system, solve)
+        solved = time.perf_counter()
+        found = {"J": reference_fem.j_integral(solution, tip, radius)}
+        found["K_I"], found["K_II"] = reference_fem.intensity_factors(solution, tip, radius)
+        runs.append([0.0, solved - start, time.perf_counter() - solved])
+        cpu.append(time.process_time() - begun)
+    found["G"] = plate.release_rate(found["K_I"], found["K_II"])
+    return {
+        "cpu": min(cpu),
+        "seconds": np.min(runs, axis=0),
+        "n_unknowns": len(solution.displacement) - len(system.held),
+        "error": _errors(found, exact),
+        "radius": radius,
+        **_grading(scene),
+    }
+
+
+def _grow(scenario: Scene, known: Floats, repeats: int) -> list[Row]:
+    """A path, and how far it is from the points of the known one, which lie along x."""
+    growth = scenario.growth
+    assert growth is not None
+    cpu, runs = [], []
+    for _ in range(repeats):
+        start = time.process_time()
+        history = cfmpm.run(scenario).history
+        cpu.append(time.process_time() - start)
+        runs.append(_phases(history))
+    tip = history.isel(tip=0)
+    heights = np.interp(known[:, 0], tip.tip_x, tip.tip_y, right=np.nan)
+    return [
+        {
+            "cpu": min(cpu),
+            "seconds": np.min(runs, axis=0),
+            "n_unknowns": int(history.n_unknowns[0]),
+            "program": "cfmpm",
+            "solver": history.attrs["solver"],
+            "distance": float(np.abs(heights - known[:, 1]).max()),
+            "refine": scenario.fracture.refine,
+            "order": growth.order,
+            "direction": growth.direction,
+            **_grading(scenario),
+        }
+    ]
+
+
+def _dataset(rows: Sequence[Row]) -> xr.Dataset:
+    """All runs, one after the other."""
+    missing = [np.nan] * len(QUANTITIES)
+    measured = ("cpu", "seconds", "error", "distance", "n_unknowns")
+    named = dict.fromkeys(key for row in rows for key in row if key not in measured)
+    return xr.Dataset(
+        {
+            "cpu": (
+                "run",
+                _column(rows, "cpu"),
+                _said("s", "CPU time of the fastest of some warm runs, from the scene to the end"),
+            ),
+            "seconds": (
+                ("run", "phase"),
+                [row["seconds"] for row in rows],
+                _said("s", "wall time by phase, the least of some warm runs"),
+            ),
+            "error": (
+                ("run", "quantity"),
+                [row.get("error", missing) for row in rows],
+                _said("1", "relative error; J is compared with G"),
+            ),
+            "distance": (
+                "run",
+                _column(rows, "distance"),
+                _said("mm", "largest distance of the path from the points known"),
+            ),
+            "n_unknowns": (
+                "run",
+                _column(rows, "n_unknowns"),
+                _said("1", "free degrees of freedom, at the start"),
+            ),
+        },
+        {
+            "phase": list(PHASES),
+            "quantity": list(QUANTITIES),
+            **{key: ("run", _column(rows, key)) for key in named},
+        },
+    )
+
+
+def _column(rows: Iterable[Row], key: str) -> list[Any]:
+    """The values of one key; where a row has none, nan or, among words, an empty word."""
+    values = [row.get(key) for row in rows]
+    if any(isinstance(value, str) for value in values):
+        return ["" if value is None else str(value) for value in values]
+    return [np.nan if value is None else float(value) for value in values]
+
+
+def _said(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}

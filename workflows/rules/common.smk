@@ -28,6 +28,8 @@ configfile: str(ROOT / "configs" / "workflow" / "growth.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "large_strain.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "work_precision.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
+configfile: str(ROOT / "configs" / "workflow" / "newton_cost.yaml")
+configfile: str(ROOT / "configs" / "workflow" / "stability.yaml")
 
 
 # Nothing runs on a bad configuration: every scene of every series is checked here.

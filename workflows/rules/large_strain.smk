@@ -42,7 +42,9 @@ rule large_strain:
         table="results/paper/large_strain.csv",
         markdown="results/paper/large_strain.md",
         page=claims(
-            "results/paper/large_strain.html", "../report/claims_large_strain.rst", LARGE
+            "results/paper/large_strain.html",
+            "../report/claims_large_strain.rst",
+            LARGE,
         ),
     log:
         "results/logs/large_strain.log",

@@ -8,7 +8,10 @@ rule overview:
             path for s in SECTIONS.values() for path in s["benchmarks"].values()
         ],
         tables=list(CLAIMS.values()),
-        code=["workflows/paper/overview.py", "workflows/paper/table.py"],
+        code=[
+            *["workflows/paper/overview.py", "workflows/paper/table.py"],
+            "workflows/page.py",
+        ],
     output:
         page=report(
             "results/paper/overview.html",

@@ -1,10 +1,17 @@
 # Run time against error and against size.
 
+WORK = SETTINGS.work_precision
+
 
 rule work_precision_data:
-    # All cores: nothing else may run beside a measurement of time.
+    # CPU time of one thread: other work on the machine does not disturb it.
     input:
-        scene=SETTINGS.work_precision.scene,
+        scenes=sorted(
+            {
+                problem.scene
+                for problem in (*WORK.stationary.values(), *WORK.paths.values())
+            }
+        ),
         compiled=rules.warm_up.output.stamp,
         code=["workflows/performance/work_precision.py", "workflows/reference_fem.py"],
     output:
@@ -13,43 +20,62 @@ rule work_precision_data:
         "results/logs/performance/work_precision.log",
     benchmark:
         "results/benchmarks/performance/work_precision.tsv"
-    threads: workflow.cores or 1
+    threads: 1
     resources:
         mem_mb=3000,
-        runtime=15,
+        runtime=30,
     params:
-        **measured(SETTINGS.work_precision),
+        **WORK.model_dump(mode="json"),
     message:
-        "Measuring error against run time"
+        "Measuring error against run time; takes minutes"
     script:
         "../scripts/work_precision_data.py"
 
 
-rule work_precision_figure:
+rule work_precision_figures:
     input:
         data=rules.work_precision_data.output.data,
-        code=["workflows/performance/figures.py", *PLOTTING],
+        code=[
+            *["workflows/performance/figures.py", "workflows/performance/defaults.py"],
+            *["workflows/performance/pareto.py", "workflows/page.py", *PLOTTING],
+        ],
     output:
-        picture=report(
+        errors=report(
             "results/performance/work_precision.png",
             caption="../report/work_precision.rst",
             category="Performance",
-            labels={"figure": "work and precision", "shows": "cfmpm and scikit-fem"},
+            labels={"figure": "work and precision", "shows": "error against CPU time"},
+        ),
+        grading=report(
+            "results/performance/grading.png",
+            caption="../report/grading.rst",
+            category="Performance",
+            labels={"figure": "grading", "shows": "sizes, growth, radius"},
+        ),
+        solvers=report(
+            "results/performance/solvers.png",
+            caption="../report/solvers.rst",
+            category="Performance",
+            labels={"figure": "solvers", "shows": "cfmpm and scikit-fem"},
+        ),
+        page=report(
+            "results/performance/defaults.html",
+            caption="../report/defaults.rst",
+            category="Performance",
+            labels={"figure": "page", "shows": "which defaults follow"},
         ),
     log:
-        "results/logs/performance/work_precision_figure.log",
+        "results/logs/performance/work_precision_figures.log",
     benchmark:
-        "results/benchmarks/performance/work_precision_figure.tsv"
+        "results/benchmarks/performance/work_precision_figures.tsv"
     threads: 1
     resources:
         mem_mb=1000,
         runtime=5,
-    params:
-        radius=SETTINGS.work_precision.radius,
     message:
-        "Drawing error against run time"
+        "Drawing error against run time; which defaults follow"
     script:
-        "../scripts/work_precision_figure.py"
+        "../scripts/work_precision_figures.py"
 
 
 rule scaling_data:
@@ -63,6 +89,7 @@ rule scaling_data:
         "results/logs/performance/scaling.log",
     benchmark:
         "results/benchmarks/performance/scaling.tsv"
+    # All cores: nothing else may run beside a measurement of wall time.
     threads: workflow.cores or 1
     resources:
         mem_mb=6000,
@@ -98,3 +125,26 @@ rule scaling_figure:
         "Drawing run time against size"
     script:
         "../scripts/scaling_figure.py"
+
+
+rule newton_cost:
+    input:
+        scene=SETTINGS.newton_cost.scene,
+        compiled=rules.warm_up.output.stamp,
+        code="workflows/performance/newton_cost.py",
+    output:
+        data="results/performance/newton_cost.nc",
+    log:
+        "results/logs/performance/newton_cost.log",
+    benchmark:
+        "results/benchmarks/performance/newton_cost.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=10,
+    params:
+        **measured(SETTINGS.newton_cost),
+    message:
+        "Measuring an iteration of Newton's method"
+    script:
+        "../scripts/newton_cost.py"

@@ -21,14 +21,26 @@ rule:
     name:
         "work-precision"
     input:
-        "results/performance/work_precision.png",
+        rules.work_precision_figures.output.page,
 
 
 rule work_precision:
     input:
-        "results/performance/work_precision.png",
+        rules.work_precision_figures.output.page,
 
 
 rule scaling:
     input:
         "results/performance/scaling.png",
+
+
+rule:
+    name:
+        "newton-cost"
+    input:
+        rules.newton_cost.output.data,
+
+
+rule stability:
+    input:
+        rules.stability_page.output.page,

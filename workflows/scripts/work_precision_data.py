@@ -2,4 +2,4 @@ from workflows.job import job
 from workflows.performance.work_precision import measure
 
 with job(snakemake):
-    measure(snakemake.output.data, snakemake.input.scene, **snakemake.params)
+    measure(snakemake.output.data, **snakemake.params)

@@ -1,0 +1,117 @@
+"""The page that says which defaults follow from error against run time."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from workflows.page import html_image, html_page, html_table, write_text
+from workflows.performance.pareto import pareto_front
+
+# Of equal price is what takes up to a tenth more time; better is what makes half the error.
+SAME_PRICE, BETTER = 1.1, 0.5
+KNOWN = ("G", "K_I", "K_II")
+
+
+def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: str | Path) -> None:
+    """Write the page.
+
+    Parameters
+    ----------
+    data : Path
+        From `work_precision.measure`.
+    pictures : mapping of str to Path
+        By caption; they go into the page.
+    page : Path
+    """
+    dataset = xr.load_dataset(data)
+    stationary = dataset.isel(run=np.flatnonzero(np.isnan(dataset.distance)))
+    parts = [
+        "<p>Each default against all that was measured: the least error for at most its CPU time "
+        f"(and a tenth), and the least time for at most its error. Another one is called better "
+        f"if for that price it makes less than {BETTER:g} of the error.</p>\n",
+        html_table(*_against_the_best(dataset)),
+        "<h2>Grids against the default</h2>\n<p>Of all gradings those that no other one beats, "
+        "over the problems together: CPU time by the geometric mean, error by the worst quantity "
+        "of the worst problem, both relative to the default's.</p>\n",
+        html_table(*_gradings(stationary)),
+        *(
+            f"<h2>{html.escape(caption)}</h2>\n{html_image(picture, caption)}\n"
+            for caption, picture in pictures.items()
+        ),
+    ]
+    write_text(html_page("Defaults by error against run time", "".join(parts)), page)
+
+
+def worst_error(runs: xr.Dataset) -> xr.DataArray:
+    """The largest error of the quantities known, or the distance of a path, (run,)."""
+    return runs.error.sel(quantity=list(KNOWN)).max("quantity").fillna(runs.distance)
+
+
+def _against_the_best(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
+    """A line for each problem: its default, what is better for that price, what is cheaper."""
+    head = ["problem", "error of", "default", "best for its price", "cheapest as good", "verdict"]
+    rows, classes = [], []
+    for problem in dict.fromkeys(dataset.problem.values):
+        here = (dataset.problem == problem) & (dataset.program == "cfmpm")
+        runs = dataset.isel(run=np.flatnonzero(here & (dataset.part != "radius")))
+        error, cost = worst_error(runs).values, runs.cpu.values
+        (default,) = np.flatnonzero(runs.part == "default")
+        affordable = np.flatnonzero(cost <= SAME_PRICE * cost[default])
+        best = affordable[np.argmin(error[affordable])]
+        as_good = np.flatnonzero(error <= error[default])
+        cheapest = as_good[np.argmin(cost[as_good])]
+        beaten = error[best] < BETTER * error[default]
+        of = "the path [mm]" if np.isfinite(runs.distance[default]) else "the worst of G, K_I, K_II"
+        cells = [_told(runs.isel(run=i), error[i]) for i in (default, best, cheapest)]
+        rows.append([str(problem), of, *cells, "another is better" if beaten else "stays"])
+        classes.append("no" if beaten else "yes")
+    return head, rows, classes
+
+
+def _told(run: xr.Dataset, error: float) -> str:
+    """The numbers of a run in words."""
+    words = [str(run.element.item()), f"size {float(run['size']):.3g}"]
+    if np.isfinite(run.growth):
+        words.append(f"tip {float(run.tip_size):.2g}, growth {float(run.growth):g}")
+    else:
+        words.append("uniform")
+    for name in ("order", "direction", "refine"):
+        value = run[name].item() if name in run else ""
+        if value != "" and value == value:
+            words.append(f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}")
+    return f"{', '.join(words)}: {error:.1e} in {float(run.cpu):.3f} s"
+
+
+def _gradings(dataset: xr.Dataset) -> tuple[list[str], list[list[str]]]:
+    """The gradings that no other beats, relative to the default's."""
+    ratios: dict[tuple[str, float, float, float], list[tuple[float, float]]] = {}
+    problems = dict.fromkeys(dataset.problem.values)
+    for problem in problems:
+        runs = dataset.isel(run=np.flatnonzero(dataset.problem == problem))
+        error = worst_error(runs).values
+        (default,) = np.flatnonzero(runs.part == "default")
+        for i in np.flatnonzero(np.isin(runs.part, ("grading", "default"))):
+            size = float(runs["size"][i])
+            # Sizes of the problems are parts of their bodies, up to rounding.
+            key = (
+                str(runs.element[i].item()),
+                round(size / float(runs["size"][default]), 1),
+                float(f"{float(runs.tip_size[i]) / size:.1g}"),
+                float(runs.growth[i]),
+            )
+            ratio = float(runs.cpu[i] / runs.cpu[default]), float(error[i] / error[default])
+            ratios.setdefault(key, []).append(ratio)
+    common = [key for key, found in ratios.items() if len(found) >= len(problems)]
+    cost = [np.exp(np.mean([np.log(c) for c, _ in ratios[key]])) for key in common]
+    error = [max(e for _, e in ratios[key]) for key in common]
+    head = ["element", "size / default's", "tip size / size", "growth", "CPU time", "error"]
+    rows: Sequence[list[str]] = [
+        [*(f"{value}" for value in common[i]), f"{cost[i]:.2f}", f"{error[i]:.3f}"]
+        for i in pareto_front(cost, error)
+    ]
+    return head, list(rows)

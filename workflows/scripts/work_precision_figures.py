@@ -1,0 +1,14 @@
+from workflows.job import job
+from workflows.performance import defaults, figures
+
+with job(snakemake):
+    data, out = snakemake.input.data, snakemake.output
+    figures.draw_work_precision(data, out.errors)
+    figures.draw_grading(data, out.grading)
+    figures.draw_solvers(data, out.solvers)
+    pictures = {
+        "Error against CPU time": out.errors,
+        "Grading and domain radius": out.grading,
+        "Solvers": out.solvers,
+    }
+    defaults.write_defaults(data, pictures, out.page)

@@ -1,0 +1,1 @@
+"""The stability study: what happens in extreme cases."""

@@ -1,0 +1,173 @@
+"""The page of the stability study: what happened in each case, in tables and pictures."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from cfmpm.plotting import curves
+from cfmpm.plotting.style import BLUE, GREY, VERMILLION, panels
+from workflows.paper.table import html_page, write_text
+
+COLUMNS = (
+    *("case", "what happened", "J [N/mm]", "known", "error", "allowed"),
+    *("iterations / steps", "unbalanced", "as it should be"),
+)
+# The paths of load that are drawn: cases by panel with their labels.
+PATHS: Mapping[str, Mapping[str, str]] = {
+    "Dead load past the limit point": {
+        "dead_load/hencky_no_crack": "Hencky, no crack",
+        "dead_load/hencky": "Hencky",
+        "dead_load/ciarlet_many": "Ciarlet's",
+    },
+    "Compression until the plate buckles": {
+        "compression/buckling_no_crack": "no crack",
+        "compression/buckling": "crack, closed",
+    },
+    "Reversal": {
+        "reversal/there_and_back": "Ciarlet's, 10 %",
+        "reversal/plastic": "plastic, 1 %",
+    },
+}
+
+
+def write_page(
+    data: str | Path,
+    titles: Mapping[str, str],
+    errors: str | Path,
+    paths: str | Path,
+    page: str | Path,
+) -> None:
+    """Draw the study and write its page, with the pictures inside.
+
+    Parameters
+    ----------
+    data : Path
+        From `cases.write_cases`.
+    titles : mapping of str to str
+        Of the groups.
+    errors, paths : Path
+        PNG files to be written: errors with iterations, and paths of load.
+    page : Path
+        The HTML file.
+    """
+    dataset = xr.load_dataset(data)
+    _draw_errors(dataset, Path(errors))
+    _draw_paths(dataset, Path(paths))
+    held = int(dataset.held.sum())
+    parts = [
+        f"<p>{held} of {dataset.sizes['case']} cases ended as they should. Unstable states that "
+        f"were accepted: {int((dataset.negative_pivots > 0).sum())}. Cases in which crack faces "
+        f"overlap: {int((dataset.overlap > 1e-8).sum())}. Unknown numbers (nan) in steps that are "
+        f"called solved: {int(dataset.not_known.sum())}.</p>\n",
+        *(_picture(Path(path)) for path in (errors, paths)),
+    ]
+    for group, title in titles.items():
+        rows = dataset.isel(case=np.flatnonzero(dataset.group == group))
+        parts.append(f"<h2>{html.escape(title)}</h2>\n{_table(rows)}")
+    write_text(html_page("Extreme cases", "".join(parts)), page)
+
+
+def _table(rows: xr.Dataset) -> str:
+    lines = []
+    for name in rows.case.values:
+        row = rows.sel(case=name)
+        cells = [
+            str(name).split("/")[1],
+            _what_happened(row),
+            _number(row.J, ".6g"),
+            _known(row),
+            _number(row.error, ".1e"),
+            _number(row.within, "g"),
+            f"{float(row.newton_iterations):.0f} / {float(row.substeps):.0f}"
+            if row.substeps.notnull()
+            else "",
+            _number(row.residual, ".0e"),
+            "yes" if row.held else "no",
+        ]
+        body = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+        lines.append(f'<tr class="{"yes" if row.held else "no"}">{body}</tr>\n')
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in COLUMNS)
+    return f"<table>\n<tr>{head}</tr>\n{''.join(lines)}</table>\n"
+
+
+def _what_happened(row: xr.Dataset) -> str:
+    """The words in which the program said it; of a solved case, its warnings."""
+    status, message = row.status.item(), row.message.item()
+    if status == "solved":
+        warnings = row.warnings.item()
+        return "solved" + (f"; {warnings}" if warnings not in ("", "[]") else "")
+    return message if status == "unstable" else f"{status}: {message}"
+
+
+def _known(row: xr.Dataset) -> str:
+    if row.reference.isnull():
+        return ""
+    what = "load factor " if row.compared == "load_reached" else ""
+    return f"{what}{float(row.reference):.6g} ({row.reference_from.item()})"
+
+
+def _number(value: xr.DataArray, form: str) -> str:
+    return f"{float(value):{form}}" if value.notnull() else ""
+
+
+def _picture(path: Path) -> str:
+    inside = base64.b64encode(path.read_bytes()).decode()
+    return f'<img alt="{path.stem}" style="max-width:100%" src="data:image/png;base64,{inside}">\n'
+
+
+def _draw_errors(dataset: xr.Dataset, path: Path) -> None:
+    """Draw the error of each compared case beside what is allowed, and the iterations."""
+    compared = dataset.isel(case=np.flatnonzero(dataset.error.notnull()))
+    solved = dataset.isel(case=np.flatnonzero(dataset.newton_iterations > 0))
+    with panels(path, (13.0, 10.0), 1, 2) as axes:
+        a, b = axes.flat
+        rows = np.arange(compared.sizes["case"])
+        a.hlines(rows, 1e-17, compared.within, color=GREY, lw=0.5)
+        a.plot(compared.within, rows, "|", color=GREY, ms=9.0, mew=1.5, label="allowed")
+        # An error of nothing at all is drawn at the left end.
+        a.plot(np.maximum(compared.error, 1e-17), rows, "o", color=BLUE, ms=4.0, label="error")
+        a.set_xscale("log")
+        a.set_xlim(1e-17, 1.0)
+        a.set_title("error against what is known")
+        a.legend(loc="upper center", bbox_to_anchor=(0.5, -0.03), ncols=2)
+        rows = np.arange(solved.sizes["case"])
+        b.barh(rows, solved.newton_iterations, color=BLUE, height=0.6, label="Newton iterations")
+        b.plot(solved.substeps, rows, "|", color=VERMILLION, ms=7.0, mew=1.5, label="steps")
+        b.set_xscale("log")
+        b.set_title("finite deformation: iterations and steps")
+        b.legend(loc="upper center", bbox_to_anchor=(0.5, -0.03), ncols=2)
+        for one, drawn in ((a, compared), (b, solved)):
+            _name_rows(one, drawn)
+
+
+def _name_rows(axes: Axes, dataset: xr.Dataset) -> None:
+    axes.set_yticks(np.arange(dataset.sizes["case"]), dataset.case.values, fontsize=6.5)
+    axes.set_ylim(dataset.sizes["case"] - 0.5, -0.5)
+
+
+def _draw_paths(dataset: xr.Dataset, path: Path) -> None:
+    """Draw force against elongation for some cases."""
+    with panels(path, (12.0, 4.0), 1, 3) as axes:
+        for one, (title, cases) in zip(axes.flat, PATHS.items(), strict=True):
+            for k, (name, label) in enumerate(cases.items()):
+                row = dataset.sel(case=name)
+                longer, force = (np.append(0.0, row[key].values) for key in ("elongation", "force"))
+                # Each in parts of its largest, where cases of two sizes share a picture.
+                scale = np.nanmax(np.abs(force)) if title == "Reversal" else 1.0
+                far = np.nanmax(np.abs(longer)) if title == "Reversal" else 1.0
+                curves.draw_curve(one, longer / far, force / scale, label, k)
+                if row.status == "unstable":
+                    last = np.flatnonzero(np.isfinite(force))[-1]
+                    one.plot(longer[last], force[last], "x", color="k", ms=9.0, mew=1.6)
+            one.set_title(title)
+            reverse = title == "Reversal"
+            one.set_xlabel("elongation" + (", of its largest" if reverse else " [mm]"))
+            one.set_ylabel("force" + (", of its largest" if reverse else " [N/mm]"))
+            one.legend(loc="best")
