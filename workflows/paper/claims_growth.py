@@ -279,8 +279,8 @@ def _balance(run: xr.Dataset) -> Claim:
         f"mm/mm at held grips, of which g_c takes {toughness:.2f}; the load of the next growth is "
         f"{load[first] / load[first - 1]:.1f} times as high",
         "yes" if before <= 0.005 and at_held_grips > toughness else "no",
-        "within 0.5 % up to the arrival, and the last ligament breaks by itself, at held grips: what "
-        "it sets free beyond g_c goes into motion",
+        "within 0.5 % up to the arrival, and the last ligament breaks by itself, at held grips: "
+        "what it sets free beyond g_c goes into motion",
         error=f"within {100 * before:.2f} % of the work up to the first arrival; that increment "
         f"loses {100 * (missing[first] - missing[first - 1]):.1f} %",
     )
