@@ -59,6 +59,18 @@ class GrowthEndError(Exception):
         super().__init__(ending)
 
 
+class SeveredError(GrowthEndError):
+    """A crack has cut off a part that the loads drive away."""
+
+    def __init__(self, triangulation: Triangulation, grown: Grown, centre: Floats) -> None:
+        super().__init__(
+            triangulation,
+            grown,
+            f"severed: the part of the body around ({centre[0]:.4g}, {centre[1]:.4g}) is cut off, "
+            "and the loads drive it away",
+        )
+
+
 NOTHING_GROWN = Grown()
 
 
@@ -259,12 +271,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     try:
         return compose(scene, mesh, grid, points, domains, quadrature, grown)
     except UnheldError as unheld:
-        x, y = unheld.centre
-        severed = (
-            f"severed: the part of the body around ({x:.4g}, {y:.4g}) is cut off, and the loads "
-            "drive it away"
-        )
-        raise GrowthEndError(mesh, grown, severed) from unheld
+        raise SeveredError(mesh, grown, unheld.centre) from unheld
 
 
 def _toughness_of(mesh: Triangulation, step: Release, toughness: Floats) -> float:

@@ -274,8 +274,7 @@ def run(
             try:
                 body = bodies.release(body, decision.running)
             except bodies.GrowthEndError as end:
-                ending = str(end)
-                severed = ending.startswith("severed")
+                severed = isinstance(end, bodies.SeveredError)
                 cut = record.add_severed(
                     end.triangulation,
                     clock.lap(),
@@ -283,8 +282,7 @@ def run(
                     end.grown,
                     "severed" if severed else "stopped",
                 )
-                if severed:
-                    ending = f"{ending}; cut off by {' and '.join(cut)}"
+                ending = f"{end}; cut off by {' and '.join(cut)}" if severed else str(end)
                 break
             balance = mechanics.carry_over(balance, state.grid, body.grid)
             gradients = None

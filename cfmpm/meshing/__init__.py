@@ -3,7 +3,12 @@
 from cfmpm.grid import Triangulation
 from cfmpm.meshing.body import triangulate_body
 from cfmpm.meshing.files import triangulate_file
-from cfmpm.meshing.sizes import expected_triangles, mesh_size, resolved_grading, running_size
+from cfmpm.meshing.sizes import (
+    expected_triangles,
+    mesh_size,
+    resolved_grading,
+    running_size,
+)
 from cfmpm.scene.model import Scene
 
 __all__ = ["expected_triangles", "mesh_size", "resolved_grading", "running_size", "triangulate"]

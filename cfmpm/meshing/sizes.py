@@ -49,22 +49,6 @@ def grading_in(body: Body, scene: Scene) -> Grading | None:
     return Grading(tip_size=max(min(size / 100, room / 50), 1e-6 * size), growth=GROWTH)
 
 
-def expected_triangles(scene: Scene) -> float | None:
-    """Estimate how many triangles a scene will have; None for a mesh file.
-
-    Parameters
-    ----------
-    scene : Scene
-    """
-    if scene.mesh_file is not None:
-        return None
-    scene = expand(scene)
-    body = Body.of(scene)
-    chosen = {"size": size_in(body, scene), "grading": grading_in(body, scene) or "uniform"}
-    mesh = scene.mesh.model_copy(update=chosen)
-    return estimated_triangles(scene.model_copy(update={"mesh": mesh}), body)
-
-
 def running_size(scene: Scene, length: float) -> float | None:
     """Return the largest element at a running tip [mm]; None where none is halved.
 
@@ -82,6 +66,22 @@ def running_size(scene: Scene, length: float) -> float | None:
     if scene.mesh.grading != "auto":
         return None
     return min(size_in(Body.of(scene), scene) / RUNNING, length / OF_CRACK)
+
+
+def expected_triangles(scene: Scene) -> float | None:
+    """Estimate how many triangles a scene will have; None for a mesh file.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    if scene.mesh_file is not None:
+        return None
+    scene = expand(scene)
+    body = Body.of(scene)
+    chosen = {"size": size_in(body, scene), "grading": grading_in(body, scene) or "uniform"}
+    mesh = scene.mesh.model_copy(update=chosen)
+    return estimated_triangles(scene.model_copy(update={"mesh": mesh}), body)
 
 
 def _room(body: Body, crack_name: str, end: int) -> float:
