@@ -396,20 +396,20 @@ class _March:
         """Newton's method, from a state with the prescribed displacement of a load factor.
 
         Each iteration solves K delta = f_ext - f_int (paper eq 13, sign put right), presses
-        overlapping faces apart and goes along that correction as far as it helps. Where it ends
-        without force, the forces before set the scale of what is unbalanced.
+        overlapping faces apart, along their normals at the start, and goes along that correction as
+        far as it helps. Where it ends without force, the forces before set the scale of what is
+        unbalanced.
         """
         external = load_factor * self._problem.loading.force
         # Of large and opposite forces: what springs leave of them, the material feels.
         pull = load_factor * self._problem.pull
         scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
         residuals: list[float] = []
+        shape = state.displacement
         while True:
             stiffness = self.factor_at(state)
             unbalanced = external + pull - state.resistance
-            closed = self._closed(
-                self._corrected(state.displacement, unbalanced), state.displacement
-            )
+            closed = self._closed(self._corrected(state.displacement, unbalanced), shape)
             left = (unbalanced + closed.force)[self._free]
             scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
             residuals.append(float(np.abs(left).max(initial=0.0) / scale) if scale > 0.0 else 0.0)

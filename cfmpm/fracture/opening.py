@@ -46,8 +46,8 @@ def face_pairs(grid: Grid, crack: str, shape: Floats | None = None) -> FacePairs
     grid : Grid
     crack : str
     shape : (n, 2) float, optional
-        Displacement of the nodes [mm] with which the faces turn: normals are then those of the
-        middle between the faces; default: as the faces lie at rest.
+        Displacement of the nodes [mm]; normals then turn with the crack as a whole. That they bend
+        within it is left out, as is sliding by more than an element; default: as at rest.
     """
     faces = grid.crack_faces[crack]
     left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
@@ -55,8 +55,13 @@ def face_pairs(grid: Grid, crack: str, shape: Floats | None = None) -> FacePairs
     right[:, [0, 1]] = right[:, [1, 0]]
     along = grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]
     if shape is not None:
-        for face in (left, right):
-            along = along + 0.5 * (shape[face[:, 1]] - shape[face[:, 0]])
+        turn = _turn(along, [shape[face[:, 1]] - shape[face[:, 0]] for face in (left, right)])
+        along = np.column_stack(
+            [
+                turn.real * along[:, 0] - turn.imag * along[:, 1],
+                turn.imag * along[:, 0] + turn.real * along[:, 1],
+            ]
+        )
     turned = np.column_stack([-along[:, 1], along[:, 0]])
     nodes = np.stack([left, right], axis=2).reshape(-1, 2)
     pairs, number = np.unique(nodes, axis=0, return_inverse=True)
@@ -65,6 +70,22 @@ def face_pairs(grid: Grid, crack: str, shape: Floats | None = None) -> FacePairs
     normal /= np.hypot(*normal.T)[:, None]
     doubled = pairs[:, 0] != pairs[:, 1]
     return FacePairs(pairs[doubled, 0], pairs[doubled, 1], normal[doubled])
+
+
+def _turn(along: Floats, changes: list[Floats]) -> complex:
+    """Return the rotation that fits the edges of both faces best, as a unit complex number.
+
+    Parameters
+    ----------
+    along : (m, 2) float
+        Edges at rest.
+    changes : list of (m, 2) float
+        What displacement adds to them, on each face.
+    """
+    rest = along[:, 0] + 1j * along[:, 1]
+    moved = sum(rest + change[:, 0] + 1j * change[:, 1] for change in changes)
+    fit = complex(np.sum(np.conj(rest) * moved))
+    return fit / abs(fit) if abs(fit) > 0.0 else 1.0 + 0.0j
 
 
 def smallest_openings(
