@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,8 +13,8 @@ from cfmpm.fracture.refinement import refine
 from cfmpm.fracture.release import Release, advance, is_tip
 from cfmpm.grid import Floats, Grid, Ints, Triangulation, build_grid
 from cfmpm.loading import Loading, UnheldError, apply_loads, hold_nodes
-from cfmpm.materials import locks
-from cfmpm.meshing import triangulate
+from cfmpm.materials import locks, region_materials
+from cfmpm.meshing import running_size, triangulate
 from cfmpm.motion import Motion
 from cfmpm.patches import Patches, build_patches
 from cfmpm.points import MaterialPoints, relocate, seed
@@ -33,15 +33,19 @@ class Grown:
         Largest angle between a segment just released and the direction asked for [deg].
     segments : dict of str to float
         Lengths of the segments just released, by the tips that ran [mm].
+    fracture_energy : float
+        Spent so far: of all segments length times g_c of the material, on a border of the weaker
+        one [N]; nan without a g_c.
     """
 
     quality: float = 1.0
     deviation: float = 0.0
     segments: dict[str, float] = field(default_factory=dict)
+    fracture_energy: float = 0.0
 
 
-class SeveredError(Exception):
-    """A crack has cut off a part that the loads drive away.
+class GrowthEndError(Exception):
+    """A longer crack has left no body that could be solved.
 
     Attributes
     ----------
@@ -50,11 +54,20 @@ class SeveredError(Exception):
     grown : Grown
     """
 
-    def __init__(self, triangulation: Triangulation, grown: Grown, centre: Floats) -> None:
+    def __init__(self, triangulation: Triangulation, grown: Grown, ending: str) -> None:
         self.triangulation, self.grown = triangulation, grown
+        super().__init__(ending)
+
+
+class SeveredError(GrowthEndError):
+    """A crack has cut off a part that the loads drive away."""
+
+    def __init__(self, triangulation: Triangulation, grown: Grown, centre: Floats) -> None:
         super().__init__(
+            triangulation,
+            grown,
             f"severed: the part of the body around ({centre[0]:.4g}, {centre[1]:.4g}) is cut off, "
-            "and the loads drive it away"
+            "and the loads drive it away",
         )
 
 
@@ -206,24 +219,30 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
 
     Raises
     ------
-    SeveredError
-        Where the crack has cut off a part that the loads drive away.
+    GrowthEndError
+        Where the crack has cut off a part that the loads drive away, or has met the point of a load
+        or a support.
     """
     scene, mesh = body.scene, body.triangulation
     tips = {tip.name: tip for tip in body.grid.tips}
     steps: list[Release] = []
     segments: dict[str, float] = {}
+    spent = 0.0
+    materials = region_materials(scene, body.grid.region_names)
+    toughness = np.array([material.g_c for material in materials], float)
     refined = [np.empty(0, np.int64)]
     for name, direction in running.items():
         tip = tips[name]
         # One that ran before it in this increment may have come to it.
         if is_tip(mesh, tip.crack, tip.end):
-            if scene.fracture.refine is not None:
-                mesh, parts = refine(mesh, tip.path[0], scene.fracture.refine)
+            size = running_size(scene, float(np.hypot(*np.diff(tip.path, axis=0).T).sum()))
+            if size is not None:
+                mesh, parts = refine(mesh, tip.path[0], size)
                 refined.append(parts)
             step = advance(mesh, tip.crack, tip.end, direction)
             mesh = step.triangulation
             segments[name] = float(np.hypot(*(mesh.nodes[step.end] - mesh.nodes[step.start])))
+            spent += segments[name] * _toughness_of(mesh, step, toughness)
             steps.append(step)
     names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
     grid = named_grid(mesh, scene, names)
@@ -244,11 +263,33 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
         quality=min(body.grown.quality, *(step.quality for step in steps)),
         deviation=max(step.deviation for step in steps),
         segments=segments,
+        fracture_energy=body.grown.fracture_energy + spent,
     )
+    met = _point_met(mesh, steps)
+    if met:
+        raise GrowthEndError(mesh, grown, met)
     try:
         return compose(scene, mesh, grid, points, domains, quadrature, grown)
     except UnheldError as unheld:
         raise SeveredError(mesh, grown, unheld.centre) from unheld
+
+
+def _toughness_of(mesh: Triangulation, step: Release, toughness: Floats) -> float:
+    """Critical energy release rate of what a segment runs through, on a border the weaker one."""
+    both = np.isin(mesh.triangles, (step.start, step.end)).sum(axis=1) == 2
+    return float(toughness[mesh.regions[both]].min())
+
+
+def _point_met(mesh: Triangulation, steps: Sequence[Release]) -> str:
+    """Say which point of a load or a support a crack has run into; empty where none."""
+    ends = {step.end for step in steps}
+    for name, node in mesh.points.items():
+        if node in ends:
+            return (
+                f"met {name}: a crack has run into the point at which it acts, and the scene does "
+                "not say on which of its faces it acts on"
+            )
+    return ""
 
 
 def update_owners(body: Body) -> None:

@@ -209,7 +209,7 @@ def _require_same_scene(
 
 def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verbose: bool) -> None:
     """Solve a scene from its beginning or a later start, and write and say what was found."""
-    from cfmpm import simulation, summary
+    from cfmpm import remarks, simulation, summary
     from cfmpm.folder import HISTORY
     from cfmpm.keeper import Keeper
 
@@ -245,10 +245,8 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
         raise SolveError(f"{ending}. What was found before is in {folder / HISTORY}")
     if ending.startswith(simulation.UNSTABLE):
         raise SolveError(
-            f"{ending}. The last stable state is in {folder / HISTORY}. Under tractions or forces "
-            "the load may be more than the body can carry: displacements can be prescribed past a "
-            "largest load; where points have lost ellipticity (unstable_points), material.law: "
-            "ciarlet keeps it"
+            f"{ending}. The last stable state is in {folder / HISTORY}. "
+            + " ".join(remarks.ways_on(scene, result.balance))
         )
 
 

@@ -42,7 +42,11 @@ class Contact:
 
 
 def close_faces(
-    grid: Grid, prescribed: NDArray[np.bool_], displacement: Floats, factor: Factor
+    grid: Grid,
+    prescribed: NDArray[np.bool_],
+    displacement: Floats,
+    factor: Factor,
+    shape: Floats | None = None,
 ) -> Contact:
     """Press apart the crack faces that overlap in a linear solution.
 
@@ -60,6 +64,8 @@ def close_faces(
         In balance without contact [mm].
     factor : Factor
         Of the stiffness of the free components.
+    shape : (n, 2) float, optional
+        Displacement with which the faces and their normals turn, at finite deformation [mm].
 
     Returns
     -------
@@ -81,7 +87,7 @@ def close_faces(
     nothing = Contact(displacement, np.zeros_like(displacement), 0)
     if not grid.crack_faces:
         return nothing
-    pairs = _movable([face_pairs(grid, crack) for crack in grid.crack_faces], prescribed)
+    pairs = _movable([face_pairs(grid, crack, shape) for crack in grid.crack_faces], prescribed)
     gap = pairs.opening(displacement)
     slack = TOUCH * np.abs(displacement).max(initial=0.0)
     if not (gap < -slack).any():

@@ -54,8 +54,9 @@ def evaluate_tips(
         By the names of `results.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
         are those of the largest radius.
     """
-    grid, body_force = body.grid, body.loading.body_force
-    openings = smallest_openings(grid, balance.displacement)
+    grid, body_force = body.grid, balance.load_factor * body.loading.body_force
+    turned = balance.displacement if balance.finite else None
+    openings = smallest_openings(grid, balance.displacement, turned)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         ahead = regions_ahead(grid, tip, tip.tangent)
@@ -66,7 +67,7 @@ def evaluate_tips(
         for radius in domain.radii:
             q = cf.ring_weight(near.grid, near.tip, radius)
             force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
-            j = _j_integral(body, balance, near, radius, lame[region])
+            j = _j_integral(near, radius)
             ring = {
                 "domain_radius": radius,
                 "J_radius": j,
@@ -128,16 +129,10 @@ def evaluate_tips(
     return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
 
 
-def _j_integral(
-    body: Body, balance: Equilibrium, near: _Neighbourhood, radius: float, lame: Floats
-) -> float:
-    """J of a ring [N/mm], which a sharp bend of the crack makes smaller."""
+def _j_integral(near: _Neighbourhood, radius: float) -> float:
+    """J of a ring [N/mm], which ends at a sharp bend of the crack."""
     radius = min(radius, FILL * sharp_bend(near.tip))
-    j = cf.j_integral(near.nodal, cf.ring_weight(near.grid, near.tip, radius), near.tip)
-    if balance.finite:
-        return j
-    faces = bent_faces(body.grid, balance.displacement, near.tip, radius, lame)
-    return j if faces is None else j + faces.own
+    return cf.j_integral(near.nodal, cf.ring_weight(near.grid, near.tip, radius), near.tip)
 
 
 @dataclass(frozen=True)

@@ -79,6 +79,8 @@ class Loading:
         Number of rigid motions that the program itself holds.
     warnings : tuple of str
         Loads that do nothing but press on a support.
+    turning : (r, 2) int
+        Node and component of what the program holds a rotation by, one for each part that has one.
     loose : (m, n, 2) float
         Rigid motions of the whole body that no support holds, scaled such that
         ``(node_area * motion_i * motion_j).sum()`` is 1 for i = j, else 0.
@@ -94,6 +96,7 @@ class Loading:
     boundaries: dict[str, Boundary]
     held: int
     warnings: tuple[str, ...] = ()
+    turning: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     loose: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     node_area: Floats = field(default_factory=lambda: np.ones((1, 1)))
 
@@ -214,7 +217,7 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     node_area = np.zeros((n, 1))
     np.add.at(node_area, grid.triangles, (grid.areas / 3.0)[:, None, None])
     loose = _loose_motions(grid, prescribed, node_area)
-    held = _hold_rigid_motions(grid, prescribed, force)
+    held, turning = _hold_rigid_motions(grid, prescribed, force)
     return Loading(
         prescribed=prescribed,
         displacement=values,
@@ -223,6 +226,7 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
         body_force=density,
         boundaries=boundaries,
         held=held,
+        turning=turning,
         warnings=tuple(warnings),
         loose=loose,
         node_area=node_area,
@@ -254,12 +258,22 @@ def _lost(load: Load, i: int, segments: Segments, prescribed: NDArray[np.bool_])
             )
 
 
-def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats) -> int:
-    """Hold, in place, the motions of each connected part that nothing holds."""
+def _hold_rigid_motions(
+    grid: Grid, prescribed: NDArray[np.bool_], force: Floats
+) -> tuple[int, Ints]:
+    """Hold, in place, the motions of each connected part that nothing holds.
+
+    Returns
+    -------
+    held : int
+        Their number.
+    turning : (r, 2) int
+        As in `Loading`.
+    """
     element_part = _connected_parts(grid)
     node_part = np.empty(len(grid.nodes), np.int64)
     node_part[grid.elements] = element_part[:, None]
-    held = 0
+    held, turning = 0, []
     for part in range(element_part.max() + 1):
         nodes = np.flatnonzero(node_part == part) if element_part.any() else slice(None)
         x = grid.nodes[nodes]
@@ -272,14 +286,24 @@ def _hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats
             reason = _unheld(grid, nodes, force[nodes])
             raise UnheldError([Problem(reason, "loads")], x.mean(axis=0))
         motions = np.einsum("km,lm->kl", modes, loose)
+        number = np.arange(len(grid.nodes))[nodes]
+        holds = []
         for _ in loose:
             # Hold what moves most, and take from all others what that holds of them.
             chosen = int((motions**2).sum(axis=1).argmax())
-            prescribed[np.arange(len(grid.nodes))[nodes][chosen // 2], chosen % 2] = True
+            holds.append((number[chosen // 2], chosen % 2))
+            prescribed[holds[-1]] = True
             along = motions[chosen] / np.hypot.reduce(motions[chosen])
             motions = motions - np.einsum("kl,l->k", motions, along)[:, None] * along
         held += len(loose)
-    return held
+        for place in holds:
+            prescribed[place] = False
+            _, (motion,) = _unheld_motions(x, prescribed[nodes])
+            prescribed[place] = True
+            if abs(motion[2]) > 1e-6:
+                turning.append(place)
+                break
+    return held, np.array(turning, np.int64).reshape(-1, 2)
 
 
 def _loose_motions(grid: Grid, prescribed: NDArray[np.bool_], node_area: Floats) -> Floats:

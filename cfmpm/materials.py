@@ -138,9 +138,15 @@ def lame_constants(scene: Scene, region_names: tuple[str, ...]) -> Floats:
 
 
 def locks(scene: Scene, region_names: tuple[str, ...]) -> bool:
-    """Whether triangles of one point lock: T3 in plane strain near incompressibility."""
-    stiffest = max(material.nu for material in region_materials(scene, region_names))
-    return scene.mesh.element == "T3" and scene.plane == "strain" and stiffest > LOCKING
+    """Whether triangles of one point lock: T3 in plane strain near incompressibility.
+
+    Plastic flow is isochoric whatever nu is.
+    """
+    tight = any(
+        material.nu > LOCKING or material.law == "j2"
+        for material in region_materials(scene, region_names)
+    )
+    return scene.mesh.element == "T3" and scene.plane == "strain" and tight
 
 
 def plane_modulus(lam: float, mu: float) -> float:

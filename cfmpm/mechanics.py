@@ -87,7 +87,7 @@ def solve(
         levels = load_levels(scene)
         effect = finite_effect(body, gradients, balance, max(map(abs, levels)))
         balance = replace(balance, finite_effect=effect)
-        if min(levels) < 0.0 or (effect > NEGLIGIBLE and _may_be_finite(scene)):
+        if _may_be_finite(scene) and (min(levels) < 0.0 or effect > NEGLIGIBLE):
             return _solve_finite(body, gradients, None, level, clock)
     return balance
 
@@ -112,7 +112,8 @@ def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
     """Sum the configurational force at every node of a body in balance [N/mm], (n, 2)."""
     if body.motion is not None:
         return updated.material_force(body, balance)
-    problem = body.grid, body.integration, gradients, body.loading.body_force
+    force = balance.load_factor * body.loading.body_force
+    problem = body.grid, body.integration, gradients, force
     return cf.finite_nodal_force(*problem) if balance.finite else cf.nodal_force(*problem)
 
 
@@ -257,18 +258,43 @@ def _solve_finite(
     if motion is not None:
         problem = replace(problem, springs=motion.springs, **updated.closed_faces(body, motion))
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
-        rest = newton.at_rest(problem)
         if last is None:
-            return newton.advance(problem, rest, level)
+            return _turned(problem, newton.advance(problem, newton.at_rest(problem), level))
         if last.load_factor != level:
-            return newton.advance(problem, last, level)
-        try:
-            return newton.rebalance(problem, last)
-        except SolveError:
-            if last.history.size:
-                raise
-        # Elastic: the state does not depend on the way to it, which may begin at rest.
-        afresh = newton.advance(problem, rest, level)
-        moved = afresh.displacement - last.displacement
-        work = level * np.sum(np.where(body.loading.prescribed, 0.0, body.loading.force * moved))
-        return replace(afresh, external_work=last.external_work + float(work))
+            return _turned(problem, newton.advance(problem, last, level))
+        return _turned(problem, _rebalanced(problem, last))
+
+
+def _rebalanced(problem: newton.Problem, last: Equilibrium) -> Equilibrium:
+    """Find the balance of a body that growth has changed, at the load it is at."""
+    try:
+        return newton.rebalance(problem, last)
+    except SolveError:
+        if last.history.size:
+            raise
+    # Elastic: the state does not depend on the way to it, which may begin at rest.
+    afresh = newton.advance(problem, newton.at_rest(problem), last.load_factor)
+    moved = afresh.displacement - last.displacement
+    dead = np.where(problem.loading.prescribed, 0.0, problem.loading.force)
+    work = last.load_factor * np.sum(dead * moved)
+    return replace(afresh, external_work=last.external_work + float(work))
+
+
+def _turned(problem: newton.Problem, balance: Equilibrium) -> Equilibrium:
+    """Let a body turn to where the moments of its loads balance as it is deformed.
+
+    Loads without a moment on the body at rest have one when it bends; what the program holds a
+    rotation by would carry that. Where the loads are no hold themselves, as in compression, the
+    rotation stays held.
+    """
+    loading = problem.loading
+    if not loading.turning.size or balance.stopped:
+        return balance
+    prescribed = loading.prescribed.copy()
+    prescribed[tuple(loading.turning.T)] = False
+    try:
+        return newton.rebalance(
+            replace(problem, loading=replace(loading, prescribed=prescribed)), balance
+        )
+    except SolveError:
+        return balance

@@ -263,8 +263,7 @@ def _limit(failure: SolveError) -> str:
         return str(failure)
     return (
         f"the stiffness is no longer positive definite ({failure.seen}): a limit point, buckling, "
-        "or a material past its strength; prescribed displacements in place of forces, or "
-        "material.law: ciarlet, may go further"
+        "or a material past its strength"
     )
 
 
@@ -391,7 +390,7 @@ class _March:
 
     def apart(self, displacement: Floats) -> Floats:
         """Keep the crack faces of a displacement apart, by the stiffness factored last."""
-        return self._closed(displacement).displacement
+        return self._closed(displacement, displacement).displacement
 
     def balance(self, state: _State, load_factor: float, force_before: Floats) -> _Balanced:
         """Newton's method, from a state with the prescribed displacement of a load factor.
@@ -408,7 +407,9 @@ class _March:
         while True:
             stiffness = self.factor_at(state)
             unbalanced = external + pull - state.resistance
-            closed = self._closed(self._corrected(state.displacement, unbalanced))
+            closed = self._closed(
+                self._corrected(state.displacement, unbalanced), state.displacement
+            )
             left = (unbalanced + closed.force)[self._free]
             scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
             residuals.append(float(np.abs(left).max(initial=0.0) / scale) if scale > 0.0 else 0.0)
@@ -426,13 +427,10 @@ class _March:
             state = self._searched(state, closed.displacement, external + pull + closed.force)
 
     def check_jump(self, before: _State, after: _State) -> None:
-        """SolveError where a stretch has grown by more than `STRETCH_JUMP`."""
-        grown = stretch.largest_stretch(after.displacement_gradient)
-        jump = grown / stretch.largest_stretch(before.displacement_gradient)
+        """SolveError where the stretch of a point has grown by more than `STRETCH_JUMP`."""
+        jump = stretch.largest_jump(before.displacement_gradient, after.displacement_gradient)
         if not jump <= STRETCH_JUMP:
-            raise SolveError(
-                f"the largest stretch would jump to {grown:.3g}, {jump:.2g} times what it was"
-            )
+            raise SolveError(f"the stretch of a point would jump to {jump:.2g} times what it was")
 
     def accept(
         self, last: Equilibrium, before: _State, found: _Balanced, load_factor: float
@@ -497,11 +495,13 @@ class _March:
         corrected[self._free] += self._solve(unbalanced[self._free])
         return corrected
 
-    def _closed(self, displacement: Floats) -> Contact:
+    def _closed(self, displacement: Floats, shape: Floats) -> Contact:
+        """Press faces apart along their normals in a shape of the body near by."""
         assert self._factor is not None
         problem = self._problem
         faces, total = problem.faces or problem.grid, problem.carried + displacement
-        contact = close_faces(faces, problem.loading.prescribed, total, self._factor)
+        turned = problem.carried + shape
+        contact = close_faces(faces, problem.loading.prescribed, total, self._factor, turned)
         if contact.displacement is total:
             return replace(contact, displacement=displacement)
         return replace(contact, displacement=contact.displacement - problem.carried)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
@@ -110,12 +111,23 @@ class Record:
             name: np.asarray(value) * scale ** results.LOAD_POWER.get(name, 0)
             for name, value in values.items()
         }
+        for name, found in (
+            ("clearance", [domain.clearance for domain in body.tip_domains]),
+            ("tip_size", [tip.h for tip in body.grid.tips]),
+        ):
+            values[name] = np.full(len(self.origin.tips), np.nan)
+            values[name][rows] = found
         conjugates = _conjugates(body, balance, scale)
+        values["jump"] = float(self._jumped(values["tip_status"]))
         values["external_work"] = (
-            balance.external_work if balance.finite else self._work_done(factor, conjugates)
+            balance.external_work
+            if balance.finite
+            else self._work_done(factor, conjugates, jumped=bool(values["jump"]))
         )
         if self.full.fatigue is None:
-            values["fracture_energy"] = self._fracture_energy(body)
+            spent = body.grown.fracture_energy
+            values["fracture_energy"] = spent
+            values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
         self.steps.append(results.StepRecord(factor, values, seconds, conjugates))
         self.notes |= remarks.choices(body, balance)
         self.warnings |= dict.fromkeys(remarks.doubts(body, balance, scale))
@@ -166,7 +178,7 @@ class Record:
         ending : str
             Why the run ended.
         """
-        return results.build_history(
+        history = results.build_history(
             self.scene,
             self.steps,
             stability=self._stability(),
@@ -180,6 +192,10 @@ class Record:
                 "warnings": list(self.warnings),
             },
         )
+        if self.full.growth is not None:
+            warnings = [*self.warnings, *remarks.doubts_of_path(history, self.full.growth)]
+            history.attrs["warnings"] = json.dumps(warnings, ensure_ascii=False)
+        return history
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
         """Where each crack ends, and what it does there."""
@@ -221,21 +237,33 @@ class Record:
         met = sum(int((pairs == node).sum()) for pairs in mesh.cracks.values())
         return "arrived_crack" if met > 1 else "stopped"
 
-    def _fracture_energy(self, body: Body) -> float:
-        """g_c of the body times the new length of its cracks [N]."""
-        new = sum(_lengths(body.triangulation).values()) - sum(self.origin.lengths.values())
-        return 0.0 if new == 0.0 else new * (self.full.material.g_c or np.nan)
+    def _jumped(self, status: NDArray[np.float64]) -> bool:
+        """Whether a tip has broken through to where it arrived since the step before."""
+        if not self.steps:
+            return False
+        arrived = [word.startswith("arrived") for word in results.TIP_STATUS]
+        now, before = (
+            np.array(arrived)[np.asarray(flags, int)]
+            for flags in (status, self.steps[-1].values["tip_status"])
+        )
+        return bool((now & ~before).any())
 
-    def _work_done(self, factor: float, conjugates: tuple[float, float]) -> float:
-        """Work of the loads from the start, by the trapezoidal rule over the steps [N]."""
-        dead, grip = conjugates
-        work, last_factor, last_dead, last_grip = 0.0, 0.0, 0.0, 0.0
+    def _work_done(self, factor: float, conjugates: tuple[float, float], *, jumped: bool) -> float:
+        """Work of the loads from the start, by the trapezoidal rule over the steps [N].
+
+        Where a last ligament has broken it did so at the load of the step before, by itself; the
+        load has changed after that.
+        """
+        work, last_factor, last = 0.0, 0.0, (0.0, 0.0)
         if self.steps:
-            last = self.steps[-1]
-            work, last_factor = float(last.values["external_work"]), last.load_factor
-            last_dead, last_grip = last.conjugates
-        work += 0.5 * (factor + last_factor) * (dead - last_dead)
-        return work + 0.5 * (grip + last_grip) * (factor - last_factor)
+            work = float(self.steps[-1].values["external_work"])
+            last_factor, last = self.steps[-1].load_factor, self.steps[-1].conjugates
+        if jumped and factor != 0.0:
+            dead, grip = (part * last_factor / factor for part in conjugates)
+            work += last_factor * (dead - last[0])
+            last = dead, grip
+        work += 0.5 * (factor + last_factor) * (conjugates[0] - last[0])
+        return work + 0.5 * (conjugates[1] + last[1]) * (factor - last_factor)
 
     def _stability(self) -> NDArray[np.int8]:
         """How the cracks go on from each step, as far as crack control tells."""
@@ -244,9 +272,12 @@ class Record:
             return np.zeros(len(self.steps), np.int8)
         factor = np.array([step.load_factor for step in self.steps])
         dead, grip = np.array([step.conjugates for step in self.steps]).reshape(-1, 2).T
-        if np.any(dead != 0.0):  # with grips besides, the force is still that of all loads
-            return stability.classify(factor, dead)
-        return stability.classify(grip, factor)
+        # With grips besides, the force is still that of all loads.
+        path = (factor, dead) if np.any(dead != 0.0) else (grip, factor)
+        flags = stability.classify(*path)
+        jumps = np.array([step.values.get("jump", 0.0) for step in self.steps], float) > 0.0
+        flags[:-1][jumps[1:]] = 0
+        return flags
 
 
 def _lengths(mesh: Triangulation) -> dict[str, float]:

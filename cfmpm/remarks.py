@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.body import Body
@@ -14,19 +15,30 @@ from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture.domains import FILL, RESOLVED
 from cfmpm.fracture.opening import smallest_openings
 from cfmpm.fracture.release import LARGEST_KINK
-from cfmpm.materials import LOCKING
-from cfmpm.mechanics import NEGLIGIBLE
+from cfmpm.materials import LOCKING, region_materials
+from cfmpm.mechanics import NEGLIGIBLE, PLASTIC_WORK
 from cfmpm.meshing import resolved_grading
 from cfmpm.motion import Motion
-from cfmpm.scene.model import Scene
+from cfmpm.results import TIP_STATUS
+from cfmpm.scene.families import expand
+from cfmpm.scene.model import Growth, Scene
 
 # What materials have, widened to round numbers: Young's modulus from flexible foams (1 MPa) to
 # diamond (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and
 # Jones, Engineering Materials 1, tables of Young's modulus and of toughness.
 USUAL = {"E": (1.0, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
 
+# Part of the work of the loads that the energies may miss at finite deformation.
+IMBALANCE = 0.01
 # Angle between a segment and the direction asked for [deg] that is worth a warning.
 DEVIATION = 5.0
+# How many elements a ligament needs that a crack is to pass through.
+LIGAMENT = 3.0
+# How much larger than at the start the elements at a tip may become.
+COARSER = 3.0
+# Differences of J from G, and of work from what it went into, that are worth one.
+J_FROM_G = 0.05
+OPEN_BALANCE = 0.02
 # Of a grid that is reset (design study): how full a triangle is, what is left of a point's volume,
 # how far two domains of the configurational force are apart, and element sizes of drift at a tip.
 LEAST_FILL, LEAST_VOLUME, APART, DRIFT = 0.1, 0.5, 0.02, 0.25
@@ -98,8 +110,8 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
     }
     if body.patches is not None:
         notes["near_incompressibility"] = (
-            f"nu above {LOCKING:g}: change of volume averaged over {len(body.patches.nodes)} "
-            "patches, of two or three triangles each"
+            f"nu above {LOCKING:g}, or j2: change of volume averaged over "
+            f"{len(body.patches.nodes)} patches, of two or three triangles each"
         )
     if balance.contact_pairs:
         notes["contact"] = f"{balance.contact_pairs} pairs of crack face nodes closed at the end"
@@ -128,6 +140,25 @@ def _formulation(scene: Scene) -> str:
     }[scene.updated.grid]
     summed = {"points": "points as they are", "domains": "exact particle domains"}
     return f"updated Lagrangian on {reset}; integration by {summed[scene.updated.integration]}; "
+
+
+def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
+    """Say what may lead further where a run has lost its stability.
+
+    Parameters
+    ----------
+    scene : Scene
+    balance : Equilibrium
+        The last stable one.
+    """
+    found = []
+    if any(load.displacement is None for load in expand(scene).loads):
+        found.append("Prescribed displacements lead past a largest load; forces do not.")
+    if balance.unstable_points > 0 and scene.material.law in ("hencky", "neo_hookean"):
+        found.append("material.law: ciarlet keeps the ellipticity that points have lost.")
+    if scene.formulation == "updated":
+        found.append("formulation: total has no grid that a body could leave or tear.")
+    return found or ["Fewer loads, or a body that does not buckle, keep it stable."]
 
 
 def _kinematics(balance: Equilibrium) -> str:
@@ -168,6 +199,27 @@ def unusual(scene: Scene) -> list[str]:
     return found
 
 
+def _adds_up(body: Body, balance: Equilibrium) -> bool:
+    """Whether the work of the loads is what is stored and what plastic flow has taken."""
+    if body.motion is not None or body.scene.growth is not None:
+        return True
+    volume = body.integration.volume
+    spent = np.sum(body.integration.energy * volume)
+    if balance.history.size:
+        spent += np.sum(balance.history[:, PLASTIC_WORK] * volume)
+    return bool(abs(balance.external_work - spent) <= IMBALANCE * max(abs(spent), 1e-300))
+
+
+def _leans(body: Body, balance: Equilibrium) -> bool:
+    """Whether a rotation that the program holds carries a force at finite deformation."""
+    places = tuple(body.loading.turning.T)
+    if not balance.finite or not body.loading.turning.size:
+        return False
+    force = balance.internal_force - balance.load_factor * body.loading.force
+    largest = np.abs(balance.internal_force).max(initial=0.0)
+    return bool(np.abs(force[places]).max() > 1e-6 * largest)
+
+
 def doubts_before(body: Body) -> list[str]:
     """Name what is doubtful already before a solve.
 
@@ -181,18 +233,109 @@ def doubts_before(body: Body) -> list[str]:
     """
     grid = body.grid
     found = [*unusual(body.scene), *body.loading.warnings]
+    if body.patches is not None and any(
+        material.law == "j2" for material in region_materials(body.scene, grid.region_names)
+    ):
+        found.append(
+            "T3 with plastic flow stays too stiff near the limit load, averaged over pairs of "
+            "triangles or not: take mesh.element: T6"
+        )
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
             found.append(
                 f"{tip.name}: radii asked for were cut back to {FILL} of the distance to what a "
                 "domain must not hold (domain_radius)"
             )
-        if max(domain.radii) < (RESOLVED if not domain.growing else 0.5 * RESOLVED) * tip.h:
+        if not domain.growing and max(domain.radii) < RESOLVED * tip.h:
             found.append(
                 f"{tip.name}: its domain reaches over few elements; make the grid finer there "
                 "(mesh.grading.tip_size, or mesh.size)"
             )
     return found
+
+
+def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
+    """Name what is doubtful about the way that cracks have run.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    growth : Growth
+
+    Returns
+    -------
+    list of str
+        With the steps. What happens within the last elements before an arrival is left out.
+    """
+    found = []
+    for name in history["tip"].values:
+        tip = history.sel(tip=name)
+        place = np.column_stack([tip["tip_x"], tip["tip_y"]])
+        rest = np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1]
+        h, clearance = tip["tip_size"].values, tip["clearance"].values
+        arrived = TIP_STATUS[int(tip["tip_status"][-1])].startswith("arrived")
+        before = np.append(rest, 0.0) > (LIGAMENT * h if arrived else -1.0)
+        before &= np.isfinite(h)
+        close = before & (clearance < LIGAMENT * h)
+        if close.any():
+            nearest = float(clearance[close].min())
+            found.append(
+                f"{name}: {_steps(close)} it passes in {nearest:.3g} mm what no domain may hold, "
+                f"less than {LIGAMENT:g} elements: its direction is coarse there; fracture.refine "
+                "of a third of that, or mesh.hole_size, resolves it"
+            )
+        coarse = before & (h > COARSER * h[0])
+        if coarse.any():
+            found.append(
+                f"{name}: {_steps(coarse)} the elements at the tip are up to "
+                f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start: it has left "
+                "the fine grid; fracture.refine takes it along"
+            )
+        G, J = tip["G"].values, tip["J"].values
+        border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
+        if border.any() and np.isfinite(tip["K_I"]).any():
+            found.append(
+                f"{name}: {_steps(border)} it lies on the border of two materials, where K_I and "
+                "K_II mean nothing: J is compared with g_c, and it runs straight on"
+            )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            apart = np.where(before & ~close, np.abs(J / G - 1.0), 0.0)
+        far = apart > J_FROM_G
+        if far.any():
+            found.append(
+                f"{name}: {_steps(far)} J and G from K_I and K_II differ by up to "
+                f"{100 * apart.max():.2g} %: the grid is too coarse there; fracture.refine makes "
+                "it finer around the running tip"
+            )
+    if growth.control == "crack":
+        found += _open_balance(history)
+    return found
+
+
+def _open_balance(history: xr.Dataset) -> list[str]:
+    """Warn of energy that the equilibrium path gains or loses."""
+    part = np.abs(balance_without_jumps(history))
+    if not np.nanmax(part, initial=0.0) > OPEN_BALANCE:
+        return []
+    worst = int(np.nanargmax(part))
+    return [
+        f"the balance of energy is open by {100 * part[worst]:.2g} % of the work at step "
+        f"{worst + 1}: fracture.refine, or a smaller mesh.size, closes it"
+    ]
+
+
+def balance_without_jumps(history: xr.Dataset) -> NDArray[np.float64]:
+    """Return energy_gap less what was lost in jumps, as a part of the largest work, (step,)."""
+    lost = np.diff(history["energy_gap"].values, prepend=0.0)
+    smooth = np.where(history["jump"].values > 0.0, 0.0, lost).cumsum()
+    work = np.abs(history["external_work"].values)
+    return smooth / np.nanmax(work) if np.nanmax(work, initial=0.0) > 0.0 else smooth
+
+
+def _steps(where: NDArray[np.bool_]) -> str:
+    """The steps from the first to the last one."""
+    first, last = np.flatnonzero(where)[[0, -1]] + 1
+    return f"in step {first}" if first == last else f"in steps {first} to {last}"
 
 
 def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
@@ -212,7 +355,8 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     grid = body.grid
     found = doubts_before(body)
     largest = np.abs(balance.displacement).max(initial=0.0)
-    for name, opening in smallest_openings(grid, balance.displacement).items():
+    turned = balance.displacement if balance.finite else None
+    for name, opening in smallest_openings(grid, balance.displacement, turned).items():
         if opening < -1e-6 * largest:
             fixed = body.motion is not None and body.scene.updated.grid == "fixed"
             why = (
@@ -229,6 +373,16 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
         found.append(
             f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
             "itself (finite_effect); kinematics: finite takes it into account"
+        )
+    if balance.finite and not _adds_up(body, balance):
+        found.append(
+            "the work of the loads, summed step by step, differs from the energies by more than "
+            f"{IMBALANCE:g} of itself (external_work): more load_steps make it better"
+        )
+    if _leans(body, balance):
+        found.append(
+            "the loads have a moment on the deformed body that turns it away, as those in "
+            "compression do: its rotation, which no support holds, was held and carries that moment"
         )
     if balance.residual_floor > 0.0:
         found.append(

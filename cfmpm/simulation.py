@@ -273,11 +273,16 @@ def run(
         with clock("release"):  # step 8: align segments, double nodes, redefine the grid
             try:
                 body = bodies.release(body, decision.running)
-            except bodies.SeveredError as severed:
+            except bodies.GrowthEndError as end:
+                severed = isinstance(end, bodies.SeveredError)
                 cut = record.add_severed(
-                    severed.triangulation, clock.lap(), decision, severed.grown
+                    end.triangulation,
+                    clock.lap(),
+                    decision,
+                    end.grown,
+                    "severed" if severed else "stopped",
                 )
-                ending = f"{severed}; cut off by {' and '.join(cut)}"
+                ending = f"{end}; cut off by {' and '.join(cut)}" if severed else str(end)
                 break
             balance = mechanics.carry_over(balance, state.grid, body.grid)
             gradients = None

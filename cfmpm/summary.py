@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cfmpm.body import Body
 from cfmpm.grid import Grid
-from cfmpm.remarks import doubts_before
+from cfmpm.remarks import balance_without_jumps, doubts_before
 from cfmpm.scene import Scene
 from cfmpm.simulation import Result
 
@@ -22,6 +22,7 @@ WIDTH = 100
 _OF_TIPS = (
     ("G", "G", "N/mm"),
     ("J", "J", "N/mm"),
+    ("J_plastic", "what plastic work adds to J", "N/mm"),
     ("cf_norm", "|CF|", "N/mm"),
     ("cf_angle", "angle of CF from the crack", "deg"),
     ("K_I", "K_I", "MPa mm^0.5"),
@@ -196,8 +197,8 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
     rows.append(["tip [mm]", *(_place(x, y) for x, y in places)])
     for name, called, unit in _OF_TIPS:
         values = at[name].values
-        if np.isnan(values).all():
-            continue
+        if np.isnan(values).all() or (name == "G" and np.isnan(at["K_I"]).all()):
+            continue  # of what the scene has not; G is J where there is no K
         spread = (
             at[f"{name}_spread"].values if f"{name}_spread" in at else np.full(len(tips), np.nan)
         )
@@ -222,7 +223,7 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
     for name in tips:
         tip = whole.sel(tip=name)
         steps = np.hypot(np.diff(tip["tip_x"]), np.diff(tip["tip_y"]))
-        evaluated = np.flatnonzero(np.isfinite(tip["K_I"].values))
+        evaluated = np.flatnonzero(np.isfinite(tip["J"].values))
         first, last = (tip.isel(step=evaluated[k]) for k in (0, -1))
         columns.append(
             [
@@ -266,7 +267,6 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     """How the growth went as a whole."""
     factor = whole["load_factor"].values
     factor = factor[np.isfinite(factor)]
-    work, stored = whole["external_work"].values, whole["strain_energy"].values
     facts = [
         ("ended", whole.attrs["ending"]),
         ("increments", f"{whole.sizes['step'] - 1}"),
@@ -274,15 +274,24 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     if "cycles" in whole:
         facts.append(("cycles", f"{float(whole['cycles'][-1]):.6g}"))
     if np.ptp(factor) > 0.0:
-        gap = np.abs(work - stored - whole["fracture_energy"].values)
         facts += [
             ("load factor", f"{factor[0]:.6g} at first growth, {factor.max():.6g} at most"),
             (
                 "balance",
                 f"work less strain energy less g_c times new length is at most "
-                f"{np.nanmax(gap) / np.nanmax(np.abs(work)):.1e} of the work",
+                f"{np.nanmax(np.abs(balance_without_jumps(whole))):.1e} of the work"
+                + (", but for jumps" if (whole["jump"] > 0.0).any() else ""),
             ),
         ]
+        lost = whole["energy_gap"].diff("step")
+        facts += _list(
+            "jumps",
+            [
+                f"step {int(step['step'])}: as a tip breaks through, {float(step):.4g} N mm per mm "
+                "go into motion"
+                for step in lost[whole["jump"].values[1:] > 0.0]
+            ],
+        )
     return facts
 
 

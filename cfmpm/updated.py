@@ -201,7 +201,8 @@ def material_force(body: Body, balance: Equilibrium) -> Floats:
     motion = body.motion
     assert motion is not None
     grid, points = body.grid, body.points
-    nodal = cf.finite_nodal_force(grid, points, motion.gradients, body.loading.body_force)
+    density = balance.load_factor * body.loading.body_force
+    nodal = cf.finite_nodal_force(grid, points, motion.gradients, density)
     internal = finite.internal_force(
         grid.elements,
         len(grid.nodes),
@@ -235,7 +236,7 @@ def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Fl
     motion = body.motion
     if motion is None:
         return {}
-    force = body.loading.body_force
+    force = balance.load_factor * body.loading.body_force
     nodal = cf.finite_nodal_force(body.grid, body.integration, gradients, force)
     traced = motion.reference.nodes + motion.traced(
         body.grid, _everywhere(body, balance.displacement)

@@ -40,6 +40,9 @@ def test_a_scene_of_your_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert float(abs(coarse.G / history.G - 1).max()) < 0.02
     assert any(isinstance(c, Quiver) for c in plt.gca().collections)
     plt.close("all")
+    exec(block("python", ".write("), variables)
+    for length in (10, 20, 30):
+        assert Path(f"results/bracket_{length}/history.nc").is_file()
 
     Path("bracket.yaml").write_text(scene + growth)
     done = CliRunner().invoke(cli.app, ["run", "bracket.yaml", "--set", "growth.increments=2"])

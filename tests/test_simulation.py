@@ -206,10 +206,12 @@ def test_same_config_same_bits_on_any_number_of_threads():
     program = (
         "import cfmpm, hashlib, numpy as np\n"
         "from cfmpm.scene.reading import scene_from_dict\n"
-        "for traction in (10, -10):\n"  # pulled; and pressed, where crack faces touch
+        "growth = {'control': 'crack', 'increments': 4}\n"
+        # Pulled; pressed, where crack faces touch; and growing.
+        "for traction, grows in ((10, {}), (-10, {}), (9, {'growth': growth})):\n"
         "    result = cfmpm.run(scene_from_dict({'name': 'plate', 'family': {'kind': 'single_edge',"
         "'width': 50, 'height': 80, 'crack_length': 12, 'traction': traction}, 'material': {"
-        "'E': 1e4, 'nu': 0.3}, 'fracture': {'radii': 3},"
+        "'E': 1e4, 'nu': 0.3, 'g_c': 1.0}, 'fracture': {'radii': 3}, **grows,"
         "'mesh': {'size': 1, 'grading': {'tip_size': 0.02, 'growth': 0.05}}}))\n"
         "    history = result.history.drop_vars('wall_time')\n"
         "    data = {name: v.values for name, v in history.items()}\n"

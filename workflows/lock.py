@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
+import socket
 from pathlib import Path
 
 
@@ -23,14 +24,23 @@ def free_stale_lock(folder: Path) -> int:
     Returns
     -------
     int
-        Descriptor of the kernel's lock, to be left open until the process ends. Where the file
-        system knows no such locks, Snakemake's lock stays as it is, and `--unlock` frees it.
+        Descriptor of the kernel's lock, to be left open until the process ends.
+
+    Notes
+    -----
+    A lock that a run on another machine took is left, since the kernels of two machines need not
+    know of each other, and so is any on a file system without such locks: `--unlock` frees these.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    locks, here = folder / "locks", socket.gethostname().encode()
     held = os.open(folder / "alive", os.O_RDWR | os.O_CREAT, 0o666)
     try:
         fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        shutil.rmtree(folder / "locks", ignore_errors=True)
+        if os.pread(held, len(here) + 1, 0) == here:
+            shutil.rmtree(locks, ignore_errors=True)
+        if not locks.is_dir() or not any(locks.iterdir()):
+            os.truncate(held, 0)
+            os.pwrite(held, here, 0)
         fcntl.flock(held, fcntl.LOCK_SH)
     except BlockingIOError:  # others run, or look at the plan
         fcntl.flock(held, fcntl.LOCK_SH)

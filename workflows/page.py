@@ -57,6 +57,7 @@ tr.in-part td:first-child { border-left: 6px solid #e69f00; }
 tr.no td:first-child { border-left: 6px solid #d55e00; }
 tr.misprint td:first-child { border-left: 6px solid #56b4e9; }
 figure { margin: 1em 0 2em; display: grid; gap: 1em; align-items: start; }
+img { max-width: 100%; }
 figure img { width: 100%; }
 @media (min-width: 1000px) { figure { grid-template-columns: 2fr 3fr; } }
 figcaption table { font-size: 12px; }

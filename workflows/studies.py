@@ -1,4 +1,4 @@
-"""Which studies the workflow knows, and what its rules ask about them."""
+"""Parameter studies in the workflow: which there are, and what their rules ask about them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from cfmpm.scene.document import read_document
 from cfmpm.study.batches import batches
 from cfmpm.study.reading import Plan, load_study
 
+DATASET = "results/{study}/study.nc"
+BATCH = "results/{study}/members/batch_{batch}.npz"
+
 
 class Studies:
-    """The study files of one call of Snakemake.
+    """The study files of one call of Snakemake; its methods are functions of wildcards.
 
     Parameters
     ----------
@@ -32,48 +35,60 @@ class Studies:
         self._shipped = shipped
         self._whole = whole
         self._plans: dict[str, Plan] = {}
-        self.given = {_name(path): path for path in given if _is_study(path)}
+        self._given = {_name(path): path for path in given if _is_study(path)}
 
-    @property
     def shipped(self) -> list[str]:
-        """Names of the studies in the folder."""
-        return sorted(path.stem for path in self._shipped.glob("*.yaml"))
+        """The datasets of all studies in the folder."""
+        names = sorted(path.stem for path in self._shipped.glob("*.yaml"))
+        return [DATASET.format(study=name) for name in names]
 
-    def file(self, name: str) -> str:
+    def given(self, wildcards: Any) -> list[str]:
+        """The datasets of the studies that were given with the call."""
+        if not self._given:
+            raise ValueError("no study given: --configfile my_study.yaml")
+        return [DATASET.format(study=name) for name in self._given]
+
+    def file(self, wildcards: Any) -> str:
         """The study file of a study."""
-        return str(self.given.get(name, self._shipped / f"{name}.yaml"))
+        return str(self._given.get(wildcards.study, self._shipped / f"{wildcards.study}.yaml"))
 
-    def plan(self, name: str) -> Plan:
-        """The study with all its members, each checked."""
-        if name not in self._plans:
-            self._plans[name] = load_study(self.file(name))
-        return self._plans[name]
+    def parts(self, wildcards: Any) -> list[str]:
+        """The files of all batches of a study."""
+        count = len(batches(self._plan(wildcards)))
+        return [BATCH.format(study=wildcards.study, batch=number) for number in range(count)]
 
-    def batches(self, name: str) -> range:
-        """The batches of a study, by their numbers."""
-        return range(len(batches(self.plan(name))))
-
-    def members(self, name: str, batch: int) -> range:
+    def members(self, wildcards: Any) -> range:
         """The members of a batch, by their numbers."""
-        plan = self._plans.get(name) or load_study(self.file(name), range(0))
-        return batches(plan)[batch]
+        plan = self._plan(wildcards) if self._whole else load_study(self.file(wildcards), range(0))
+        return batches(plan)[int(wildcards.batch)]
 
-    def keys(self, name: str, batch: int) -> list[str]:
+    def keys(self, wildcards: Any) -> list[str]:
         """Keys of the members of a batch, which change with what they depend on."""
-        only = self.members(name, batch)
+        only = self.members(wildcards)
         if self._whole:
-            return [one.key for one in self.plan(name).members[only.start : only.stop]]
-        return [one.key for one in load_study(self.file(name), only).members]
+            return [one.key for one in self._plan(wildcards).members[only.start : only.stop]]
+        return [one.key for one in load_study(self.file(wildcards), only).members]
 
-    def definition(self, name: str) -> dict[str, Any]:
+    def definition(self, wildcards: Any) -> dict[str, Any]:
         """All that the dataset of a study depends on."""
-        plan = self.plan(name)
+        plan = self._plan(wildcards)
         text = " ".join(one.key for one in plan.members)
         return {
-            "study": json.dumps(plan.study.model_dump(mode="json"), sort_keys=True),
-            "base": json.dumps(plan.base, sort_keys=True),
+            "study": json.dumps(plan.study.model_dump(mode="json")),
+            "base": json.dumps(plan.base),
             "members": hashlib.sha256(text.encode()).hexdigest(),
         }
+
+    def _plan(self, wildcards: Any) -> Plan:
+        """The study with all its members, each checked."""
+        if wildcards.study not in self._plans:
+            self._plans[wildcards.study] = load_study(self.file(wildcards))
+        return self._plans[wildcards.study]
+
+
+def more_memory(wildcards: Any, attempt: int) -> int:
+    """Memory of a job [MB]: more with each attempt, for it may be what the last one lacked."""
+    return 2000 * attempt
 
 
 def _is_study(path: Path) -> bool:

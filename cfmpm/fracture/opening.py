@@ -38,13 +38,25 @@ class FacePairs:
         return np.einsum("ki,ki->k", jump, self.normal)
 
 
-def face_pairs(grid: Grid, crack: str) -> FacePairs:
-    """Pair the nodes on the two faces of a crack."""
+def face_pairs(grid: Grid, crack: str, shape: Floats | None = None) -> FacePairs:
+    """Pair the nodes on the two faces of a crack.
+
+    Parameters
+    ----------
+    grid : Grid
+    crack : str
+    shape : (n, 2) float, optional
+        Displacement of the nodes [mm] with which the faces turn: normals are then those of the
+        middle between the faces; default: as the faces lie at rest.
+    """
     faces = grid.crack_faces[crack]
     left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
     # The right face runs the other way: its ends change places.
     right[:, [0, 1]] = right[:, [1, 0]]
     along = grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]
+    if shape is not None:
+        for face in (left, right):
+            along = along + 0.5 * (shape[face[:, 1]] - shape[face[:, 0]])
     turned = np.column_stack([-along[:, 1], along[:, 0]])
     nodes = np.stack([left, right], axis=2).reshape(-1, 2)
     pairs, number = np.unique(nodes, axis=0, return_inverse=True)
@@ -55,7 +67,9 @@ def face_pairs(grid: Grid, crack: str) -> FacePairs:
     return FacePairs(pairs[doubled, 0], pairs[doubled, 1], normal[doubled])
 
 
-def smallest_openings(grid: Grid, displacement: Floats) -> dict[str, float]:
+def smallest_openings(
+    grid: Grid, displacement: Floats, shape: Floats | None = None
+) -> dict[str, float]:
     """Find the smallest opening of the faces of each crack.
 
     Parameters
@@ -63,6 +77,8 @@ def smallest_openings(grid: Grid, displacement: Floats) -> dict[str, float]:
     grid : Grid
     displacement : (n, 2) float
         Of the nodes [mm].
+    shape : (n, 2) float, optional
+        As in `face_pairs`.
 
     Returns
     -------
@@ -70,6 +86,6 @@ def smallest_openings(grid: Grid, displacement: Floats) -> dict[str, float]:
         By crack [mm]: zero where the faces do not overlap, as at a tip; negative where they do.
     """
     return {
-        crack: float(face_pairs(grid, crack).opening(displacement).min(initial=0.0))
+        crack: float(face_pairs(grid, crack, shape).opening(displacement).min(initial=0.0))
         for crack in grid.crack_faces
     }

@@ -3,10 +3,15 @@
 from cfmpm.grid import Triangulation
 from cfmpm.meshing.body import triangulate_body
 from cfmpm.meshing.files import triangulate_file
-from cfmpm.meshing.sizes import expected_triangles, mesh_size, resolved_grading
+from cfmpm.meshing.sizes import (
+    expected_triangles,
+    mesh_size,
+    resolved_grading,
+    running_size,
+)
 from cfmpm.scene.model import Scene
 
-__all__ = ["expected_triangles", "mesh_size", "resolved_grading", "triangulate"]
+__all__ = ["expected_triangles", "mesh_size", "resolved_grading", "running_size", "triangulate"]
 
 
 def triangulate(scene: Scene) -> Triangulation:

@@ -12,6 +12,9 @@ from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Grading, Scene
 from cfmpm.scene.rules import estimated_triangles
 
+# Parts of the size elsewhere, and of the crack, that the elements at a running tip have: K is then
+# within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
+RUNNING, OF_CRACK = 10.0, 20.0
 # Element size per distance, from tips and from whatever else needs small elements.
 GROWTH = 0.3
 
@@ -39,8 +42,30 @@ def grading_in(body: Body, scene: Scene) -> Grading | None:
         return None
     size = size_in(body, scene)
     room = min(_room(body, crack, end) for crack, end, _ in body.tips)
+    if scene.growth is not None:
+        tip_size = min(size / RUNNING, room / OF_CRACK)
+        return Grading(tip_size=max(tip_size, 1e-6 * size), growth=GROWTH)
     # A tip that touches something has no room; six decades are as far as a grid can be graded.
     return Grading(tip_size=max(min(size / 100, room / 50), 1e-6 * size), growth=GROWTH)
+
+
+def running_size(scene: Scene, length: float) -> float | None:
+    """Return the largest element at a running tip [mm]; None where none is halved.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    length : float
+        Of the crack [mm].
+    """
+    if scene.fracture.refine is not None:
+        return scene.fracture.refine
+    if scene.growth is None or scene.growth.transfer == "paper" or scene.mesh_file is not None:
+        return None
+    if scene.mesh.grading != "auto":
+        return None
+    return min(size_in(Body.of(scene), scene) / RUNNING, length / OF_CRACK)
 
 
 def expected_triangles(scene: Scene) -> float | None:

@@ -415,7 +415,8 @@ class Fracture(Model):
     refine: Length | None = Field(
         None,
         description="largest element at a tip that runs [mm]: before each release larger ones "
-        "around it are halved, up to 0.3 of the distance further away; left out: none are",
+        "around it are halved, up to 0.3 of the distance further away; left out: a tenth of "
+        "mesh.size or a twentieth of the crack with mesh.grading: auto, else none are",
     )
 
     @model_validator(mode="after")
@@ -447,7 +448,9 @@ class Growth(Model):
         "run straight or pass close by a hole",
     )
     tips: Literal["all", "largest"] = Field(
-        "all", description="which of the tips that meet the criterion run in an increment"
+        "all",
+        description="which of the tips that meet the criterion run in an increment: all of them, "
+        "each as the one solve before it tells, or the largest alone",
     )
     transfer: Literal["domains", "paper"] = Field(
         "domains",

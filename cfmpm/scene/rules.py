@@ -159,6 +159,14 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
                 "load_steps",
                 f"does not go with growth.control: {control}, which sets the load itself",
             )
+    turns = isinstance(scene.load_steps, list) and min(scene.load_steps) < 0.0
+    kept_small = scene.plane == "stress" or scene.growth is not None
+    if turns and (scene.kinematics == "small" or (scene.kinematics == "auto" and kept_small)):
+        yield (
+            "load_steps",
+            "a load that turns round needs kinematics: finite: faces that close do not go with it "
+            "in proportion",
+        )
     if scene.kinematics != "finite":
         return
     if scene.plane == "stress":

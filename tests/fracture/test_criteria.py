@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from cfmpm.fracture.criteria import (
     critical_load_factor,
+    kink_factor,
     kinked_factors,
     max_energy_angle,
     max_hoop_angle,
@@ -66,3 +67,15 @@ def test_largest_energy_in_pure_shear():
 @given(k_2=st.floats(-0.2, 0.2))
 def test_rules_agree_for_little_shear(k_2):
     assert max_energy_angle(1.0, k_2) == pytest.approx(max_hoop_angle(1.0, k_2), abs=0.45)
+
+
+def test_what_drives_a_kink():
+    """Pure shear: hoop stress 4/3 K_II^2 (Erdogan and Sih); energy more than at any other angle."""
+    assert kink_factor("max_hoop", 0.0, -3.0) == pytest.approx(4 / 3, rel=1e-12)
+    assert kink_factor("cf", 1.0, 2.0) == 1.0
+    angles = np.linspace(-80, 80, 801)
+    most = max(np.hypot(*kinked_factors(1.0, 2.0, angle)) ** 2 / 5.0 for angle in angles)
+    assert kink_factor("max_energy", 1.0, 2.0) == pytest.approx(most, rel=1e-5)
+    for rule in ("max_hoop", "max_energy", "cf"):
+        assert kink_factor(rule, 2.0, 0.0) == pytest.approx(1.0, rel=1e-12)
+    assert math.isnan(kink_factor("max_hoop", -1.0, 0.5))

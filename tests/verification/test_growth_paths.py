@@ -46,27 +46,34 @@ HOOP = {
 UNIFORM = {"element": "T6", "grading": "uniform"}
 
 
-@pytest.mark.parametrize("direction", ["cf", "max_hoop"])
+@pytest.mark.parametrize("transfer", ["domains", "paper"])
 @pytest.mark.parametrize(("size", "largest"), [(39.35, 1.5), (21.3, 1.2)])
-def test_edge_crack_runs_straight_across(size, largest, direction):
-    """Paper 5.2: angles of the segments up to two elements from the free edge.
-
-    Nearer to it a domain holds but the tip elements, as the program says, and the last segments
-    have the direction of the grid. On the coarser grid the CF turns the last one by 14 degrees:
-    the crack ends 5 mm off the middle.
-    """
-    history = grow("edge_crack_growth", mesh__size=size, growth__direction=direction)
+def test_edge_crack_runs_straight_across(size, largest, transfer):
+    """Paper 5.2: the angles of all segments, up to the free edge."""
+    history = grow("edge_crack_growth", mesh__size=size, growth__transfer=transfer)
     path = places(history)
-    resolved = history.domain_radius[:-1, 0, 0].values >= 2.0 * size
-    straight = angles(path)[resolved]
-    assert resolved.sum() >= len(resolved) - 3
-    assert np.abs(straight).max() < largest
-    if direction == "cf":
-        assert np.abs(straight).mean() < 0.3
+    straight = np.abs(angles(path))
+    assert straight.max() < largest
+    assert straight.mean() < 0.3
     assert arrival(history, "crack_1") == "arrived_boundary"
-    assert np.abs(path[: resolved.sum() + 1, 1] - 500.0).max() < 2.0
-    if (size, direction) != (39.35, "cf"):
-        assert np.abs(path[:, 1] - 500.0).max() < 2.0
+    assert np.abs(path[:, 1] - 500.0).max() < 2.0
+
+
+@pytest.mark.parametrize(("size", "largest", "mean"), [(39.35, 3.4, 0.9), (21.3, 1.2, 0.3)])
+def test_edge_crack_by_hoop_stress(size, largest, mean):
+    """The largest hoop stress feels the grid more; on 790 points more than the paper's CF.
+
+    There segments zigzag by 1.2 degrees, and the last one, 19 mm long, runs into a node of the edge
+    by 3.3.
+    """
+    history = grow("edge_crack_growth", mesh__size=size, growth__direction="max_hoop")
+    path = places(history)
+    straight = np.abs(angles(path))
+    assert straight[:-1].max() < min(1.5, largest)
+    assert straight.max() < largest
+    assert straight.mean() < mean
+    assert arrival(history, "crack_1") == "arrived_boundary"
+    assert np.abs(path[:, 1] - 500.0).max() < 2.0
 
 
 def test_energy_release_rate_at_fixed_grips():

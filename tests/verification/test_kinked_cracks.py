@@ -139,6 +139,7 @@ def test_wings_turn_to_the_load_and_need_more_and_more_of_it():
     steps = np.diff(path, axis=0)
     steps = steps[np.hypot(*steps.T) > 0.0]
     angle = np.degrees(np.arctan2(-steps[:, 1], -steps[:, 0]))
-    # From 45 + 70.5 degrees on, without a saw-tooth, to the axis of the load.
+    # From 45 + 70.5 degrees on to the axis of the load, without a saw-tooth.
     assert np.abs(angle[-4:]).max() == pytest.approx(90.0, abs=20.0)
-    assert np.abs(np.diff(angle[4:])).max() < 10.0
+    # While the wing has but a few elements its direction is that of the grid to 10 degrees or so.
+    assert np.abs(np.diff(angle[8:])).max() < 5.0

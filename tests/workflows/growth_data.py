@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from cfmpm.results import TIP_STATUS
-from workflows.paper.claims_growth import FIXED_GRIPS
+from workflows.paper.claims_growth import BOTTOM, FIXED_GRIPS, HOLE
 from workflows.paper.growth import KEPT, reference, stack
 
 OF_STEP = ("strain_energy", "external_work", "fracture_energy", "n_points", "empty_elements")
@@ -138,6 +138,8 @@ def beam():
         first = np.array(start) + 2.0 * np.array([np.cos(angle), np.sin(angle)])
         known = reference(f"beam_{case}")
         path = np.vstack([start, first, known[known[:, 1] > first[1] + 1.0]])
+        if case == "10_6":  # the last point is on the edge of the bottom hole
+            path = np.vstack([path[path[:, 1] < BOTTOM[1] - HOLE - 1.0], BOTTOM - [0.0, HOLE]])
         run = history({"crack_1": path}, end="arrived_hole")
         variants |= {f"{kind}_{case}": run for kind in ("cf", "hoop", "paper")}
     known = history({"crack_1": reference("beam_15_5")})

@@ -40,6 +40,13 @@ SHEARED = claims.shear_path, ("CF direction, first order (paper)",)
 TWO_HOLES = claims.holes_path, ("CF direction (paper)",)
 OF_BEAM = claims.beam_paths, ("1.5 in", "CF direction")
 moved, scaled, ended = made_up.moved, made_up.scaled, made_up.ended
+
+
+def without_arrest(beam):
+    """No crack comes to the bottom hole."""
+    return moved(moved(beam, "cf_10_6", 5.0), "hoop_10_6", 5.0)
+
+
 # Study, what is done to it, the claim, what it is then.
 ALTERED = {
     "bends at the end by 2.5 mm": ("edge", moved, ("cf_790", 0, 2.5, 21), CF_790, "no"),
@@ -84,6 +91,13 @@ ALTERED = {
     ),
     "beside the reference by less": ("beam", moved, ("cf_15_5", -0.9 * BEAM), OF_BEAM, "yes"),
     "sets out 0.6 deg steeper": ("beam", moved, ("cf_15_5", -0.0212, 0, 2), OF_BEAM, "in part"),
+    "comes to the left of the middle hole": (
+        *("beam", moved, ("cf_15_5", -20.0), (claims.beam_cases, ("Case I,",)), "no"),
+    ),
+    "keeps away from the holes": (
+        *("beam", moved, ("cf_15_5", 20.0), (claims.beam_cases, ("Case I,",)), "in part"),
+    ),
+    "is not arrested": (*("beam", without_arrest, (), (claims.beam_cases, ("Case II",)), "no"),),
     "the finest passes 0.7 mm further off": (
         *("beam", moved, ("first_3", -0.5, 0.5), (claims.near_miss, ()), "no"),
     ),

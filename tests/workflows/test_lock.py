@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import socket
 import subprocess
 import sys
 
@@ -21,6 +23,7 @@ def locked(tmp_path):
     lock = tmp_path / ".snakemake" / "locks" / "0.output.lock"
     lock.parent.mkdir(parents=True)
     lock.write_text("results/paper/fig4.png\n")
+    (tmp_path / ".snakemake" / "alive").write_text(socket.gethostname())
     return lock
 
 
@@ -40,9 +43,16 @@ def other(locked, root):
     process.communicate()
 
 
-def test_a_lock_that_nobody_holds_is_freed(locked):
-    free_stale_lock(locked.parents[1])
-    assert not locked.exists()
+@pytest.mark.parametrize(("host", "freed"), [(socket.gethostname(), True), ("elsewhere", False)])
+def test_a_lock_that_nobody_holds_is_freed(locked, host, freed):
+    """But not that of another machine, whose kernel need not tell."""
+    (locked.parents[1] / "alive").write_text(host)
+    os.close(free_stale_lock(locked.parents[1]))
+    assert locked.exists() != freed
+    if not freed:
+        locked.unlink()  # by `snakemake --unlock`
+        free_stale_lock(locked.parents[1])
+        assert (locked.parents[1] / "alive").read_text() == socket.gethostname()
 
 
 def test_the_lock_of_a_run_is_left(locked, other):

@@ -16,7 +16,7 @@ from workflows.settings import combinations, each_value
 
 EDGE = {
     "exact": {"G": 0.2547822},
-    "solvers": ["superlu", "amg"],
+    "solvers": ["cholmod", "rslab", "superlu", "amg"],
     "radii": [30.0, 60.0, 90.0],
     "solved": {
         "T3 uniform": {
@@ -37,7 +37,7 @@ EDGE = {
 }
 SHEAR = {
     "exact": {"G": 0.0534700, "K_I": 107.652, "K_II": 14.34706},
-    "solvers": ["superlu"],
+    "solvers": ["cholmod", "rslab", "superlu"],
     "radii": [3.0, 20.0],
     "solved": {
         "T6 graded": {
@@ -167,6 +167,7 @@ def runs(cost, error, part):
             "problem": ("run", ["plate"] * n),
             "program": ("run", ["cfmpm"] * n),
             "part": ("run", part),
+            "series": ("run", [""] * n),
             "element": ("run", ["T6"] * n),
             "size": ("run", np.ones(n)),
             "tip_size": ("run", 10.0 ** -np.arange(n)),

@@ -21,6 +21,8 @@ FIXED_GRIPS = {100.0: 328.87, 200.0: 479.48, 300.0: 489.83}
 STRAIGHT = {790: (1.5, 0.3), 2584: (1.2, 0.3)}
 SHEAR, HOLES, BEAM = 0.15, 0.08, 1.5  # distances from the reference paths that are allowed [mm]
 KINK = 0.4  # deg
+# Holes of the beam that cracks come to, and their radius [mm].
+BOTTOM, MIDDLE, HOLE = np.array([6.0, 2.75]) * INCH, np.array([6.0, 4.75]) * INCH, 0.25 * INCH
 
 
 @dataclass(frozen=True)
@@ -50,25 +52,22 @@ def _straight(e: Evidence, kind: str, n: int, label: str) -> Claim:
     run = steps(e.edge, f"{kind}_{n}").isel(tip=0)
     path = tip_path(e.edge, f"{kind}_{n}")
     angles = segment_angles(path)
-    size = float(run.crack_length.diff("step")[:-1].mean())
-    resolved = run.domain_radius.values[: len(angles)] >= 2.0 * size
-    largest, mean = np.abs(angles[resolved]).max(), np.abs(angles[resolved]).mean()
+    largest, mean = np.abs(angles).max(), np.abs(angles).mean()
     allowed, allowed_mean = STRAIGHT[n]
     off = path[-1, 1] - 500.0
     crossed = TIP_STATUS[int(run.tip_status[-1])] == "arrived_boundary"
     held = (
-        largest <= allowed and (mean <= allowed_mean or kind == "hoop"),
+        largest <= allowed and mean <= allowed_mean,
         crossed and abs(off) <= 2.0,
     )
     return Claim(
         f"5.2 Straight path, {label}, {n} points",
-        f"angles within {allowed:g} deg",
+        f"angles within {allowed:g} deg, {allowed_mean:g} in the mean",
         "0 deg by symmetry",
         f"ends at y = {path[-1, 1]:.1f} mm ({str(run.ending.values).split(':')[0]})",
         _grade(*held),
-        f"crosses the plate and ends within 2 mm; angles of {resolved.sum()} of {len(angles)} "
-        "segments, those whose domain reaches over two elements: in front of the free edge it "
-        "holds the tip elements alone",
+        "crosses the plate and ends within 2 mm; all segments count: in front of the free edge, "
+        "where its domain reaches over less than two elements, a tip goes straight on",
         error=f"largest {largest:.2f}, mean {mean:.2f} deg; end {off:+.1f} mm off the middle",
         figures="9 10" if kind == "cf" else "10",
     )
@@ -282,10 +281,10 @@ def _balance(run: xr.Dataset) -> Claim:
         f"mm/mm at held grips, of which g_c takes {toughness:.2f}; the load of the next growth is "
         f"{load[first] / load[first - 1]:.1f} times as high",
         "yes" if before <= 0.005 and at_held_grips > toughness else "no",
-        "within 0.5 % up to the arrival, and the last ligament breaks by itself: the straight line "
-        "between two states, along which work is summed, is then not the way between them",
+        "within 0.5 % up to the arrival, and the last ligament breaks by itself, at held grips: "
+        "what it sets free beyond g_c goes into motion",
         error=f"within {100 * before:.2f} % of the work up to the first arrival; that increment "
-        f"adds {100 * (missing[first] - missing[first - 1]):.1f} %",
+        f"loses {100 * (missing[first] - missing[first - 1]):.1f} %",
     )
 
 
@@ -306,27 +305,74 @@ def _beam(e: Evidence, name: str, case: str, kink: float, label: str) -> Claim:
     before = known[known[:, 1] < 2.25 * INCH]
     missed = max(distance_to_path(path, point) for point in before)
     first = segment_angles(path)[0] - 90.0
-    inches = path[-1] / INCH
-    bottom, middle = (
-        distance_to_path(path, np.array([6.0, y]) * INCH) - 0.25 * INCH for y in (2.75, 4.75)
-    )
-    paper = {
-        "15_5": "I: towards the bottom hole, then to the right side of the middle one",
-        "10_4": "",
-        "10_6": "II, perhaps: arrested by the bottom hole",
-    }[case]
+    bottom, middle = (_gap(path, hole) for hole in (BOTTOM, MIDDLE))
     return Claim(
         f"5.5 Three holes, a = {int(case[:2]) / 10:g} in, x = {case[3]} in, {label}",
-        paper,
+        "",
         f"kink {kink:g} deg",
         f"kink {first:.1f} deg; gaps {max(bottom, 0.0):.1f} mm at the bottom, "
-        f"{max(middle, 0.0):.1f} mm at the middle hole; {_arrival(run, 'crack_1')} at "
-        f"({inches[0]:.2f}, {inches[1]:.2f}) in",
+        f"{max(middle, 0.0):.1f} mm at the middle hole; {_arrived_at(run)}",
         _grade(missed <= BEAM, abs(first - kink) <= KINK),
         f"within {BEAM:g} mm of the reference before the holes, kink within {KINK:g} deg",
         error=f"{missed:.2f} mm before the holes, kink {first - kink:+.1f} deg",
         figures="15",
     )
+
+
+def beam_cases(e: Evidence) -> list[Claim]:
+    """The paper's two cases by its words; which specimen case II is, it does not say."""
+    kinds = {"cf": "CF direction", "hoop": "hoop stress"}
+    first = {kind: tip_path(e.beam, f"{kind}_15_5") for kind in kinds}
+    gaps = {kind: [_gap(path, hole) for hole in (BOTTOM, MIDDLE)] for kind, path in first.items()}
+    # Where the crack is at the level of the middle hole.
+    right = [np.interp(MIDDLE[1], path[:, 1], path[:, 0]) > MIDDLE[0] for path in first.values()]
+    near = [0.0 < gap <= HOLE for both in gaps.values() for gap in both]
+    others = {f"{kind}_{case}": kind for case in ("10_4", "10_6") for kind in kinds}
+    arrested = [
+        _arrival(steps(e.beam, name), "crack_1") == "arrived_hole"
+        and _gap(tip_path(e.beam, name)[-2:], BOTTOM) < 0.01 * HOLE
+        for name in others
+    ]
+    return [
+        Claim(
+            "5.5 Case I, read as a = 1.5 in, x = 5 in",
+            "towards the bottom hole, deflects to its other side, comes to the right of the middle "
+            "hole",
+            "passes both at 2.5 to 3.2 mm",
+            "; ".join(
+                f"{kinds[kind]}: {'right' if side else 'left'} of the middle hole, gaps "
+                + " and ".join(f"{gap:.1f} mm" for gap in gaps[kind])
+                for kind, side in zip(kinds, right, strict=True)
+            ),
+            _grade(all(right), all(near)),
+            "to the right at the level of the middle hole, within a radius of the edges of both",
+            figures="15",
+        ),
+        Claim(
+            "5.5 Case II, which may be a = 1.0 in, x = 4 or 6 in",
+            "the bottom hole arrests the crack",
+            "x = 4 in: into the middle hole; x = 6 in: past the bottom hole by 2.5 mm",
+            "; ".join(
+                f"x = {name[-1]} in, {kinds[kind]}: {_arrived_at(steps(e.beam, name))}"
+                for name, kind in others.items()
+            ),
+            _grade(any(arrested)),
+            "one of them ends in the bottom hole",
+            figures="15",
+        ),
+    ]
+
+
+def _gap(path: Floats, hole: Floats) -> float:
+    """Between a path and the edge of a hole, negative inside it [mm]."""
+    return distance_to_path(path, hole) - HOLE
+
+
+def _arrived_at(run: xr.Dataset) -> str:
+    """What became of the crack, and where [in]."""
+    ends = run.isel(tip=0, step=-1)
+    x, y = float(ends.tip_x) / INCH, float(ends.tip_y) / INCH
+    return f"{_arrival(run, 'crack_1')} at ({x:.2f}, {y:.2f}) in"
 
 
 def near_miss(e: Evidence) -> Claim:
@@ -335,13 +381,8 @@ def near_miss(e: Evidence) -> Claim:
         (int(v.removeprefix("first_")) for v in e.beam.variant.values if v.startswith("first_")),
         reverse=True,
     )
-    centre = np.array([6.0, 2.75]) * INCH
-
-    def gap(path: Floats) -> float:
-        return distance_to_path(path, centre) - 0.25 * INCH
-
-    gaps = [gap(tip_path(e.beam, f"first_{size}")) for size in sizes]
-    known = [gap(reference(name)) for name in ("beam_15_5", "beam_15_5_xfem")]
+    gaps = [_gap(tip_path(e.beam, f"first_{size}"), BOTTOM) for size in sizes]
+    known = [_gap(reference(name), BOTTOM) for name in ("beam_15_5", "beam_15_5_xfem")]
     return Claim(
         "5.5 Near-miss of the bottom hole, a = 1.5 in",
         "deflects to the opposite side",
@@ -364,6 +405,7 @@ CLAIMS: tuple[Callable[[Evidence], Claim | list[Claim]], ...] = (
     holes_conditions,
     holes_energy,
     beam_paths,
+    beam_cases,
     near_miss,
 )
 

@@ -35,6 +35,10 @@ def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: s
         f"(and a tenth), and the least time for at most its error. Another one is called better "
         f"if for that price it makes less than {BETTER:g} of the error.</p>\n",
         html_table(*_against_the_best(dataset)),
+        "<h2>Solver and domain radius</h2>\n<p>On the largest grid of each kind: the solver that "
+        "is chosen against the fastest, and the error at the radius that is chosen against the "
+        "least at any.</p>\n",
+        html_table(*_solver_and_radius(stationary)),
         "<h2>Grids against the default</h2>\n<p>Of all gradings those that no other one beats, "
         "over the problems together: CPU time by the geometric mean, error by the worst quantity "
         "of the worst problem, both relative to the default's.</p>\n",
@@ -85,6 +89,42 @@ def _told(run: xr.Dataset, error: float) -> str:
         if value != "" and value == value:
             words.append(f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}")
     return f"{', '.join(words)}: {error:.1e} in {float(run.cpu):.3f} s"
+
+
+def _solver_and_radius(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
+    """A line for each kind of grid of each problem."""
+    head = ["problem", "grids", "solver chosen", "fastest", "radius chosen", "best", "verdict"]
+    rows, classes = [], []
+    compared = dataset.isel(run=np.flatnonzero(np.isin(dataset.part, ("solvers", "radius"))))
+    kinds = zip(compared.problem.values, compared.series.values, strict=True)
+    for problem, series in dict.fromkeys(kinds):
+        here = (compared.problem == problem) & (compared.series == series)
+        runs = compared.isel(run=np.flatnonzero(here & (compared.program == "cfmpm")))
+        radii = np.flatnonzero(runs.part == "radius")
+        finest = runs.n_unknowns == runs.n_unknowns[radii[0]]
+        solved = np.flatnonzero((runs.part == "solvers") & finest)
+        solver = str(runs.solver[radii[0]].item())
+        (chosen,) = solved[(runs.solver[solved] == solver).values]
+        fastest = solved[np.argmin(runs.cpu.values[solved])]
+        error = worst_error(runs).values
+        best = radii[np.argmin(error[radii])]
+        stays = (
+            runs.cpu[chosen] <= SAME_PRICE * runs.cpu[fastest]
+            and BETTER * error[chosen] <= error[best]
+        )
+        rows.append(
+            [
+                *(str(problem), str(series)),
+                *(
+                    f"{runs.solver[i].item()}: {float(runs.cpu[i]):.3f} s"
+                    for i in (chosen, fastest)
+                ),
+                *(f"{float(runs.radius[i]):.3g} mm: {error[i]:.1e}" for i in (chosen, best)),
+                "stays" if stays else "another is better",
+            ]
+        )
+        classes.append("yes" if stays else "no")
+    return head, rows, classes
 
 
 def _gradings(dataset: xr.Dataset) -> tuple[list[str], list[list[str]]]:

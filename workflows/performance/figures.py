@@ -42,7 +42,7 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
         for one in axes.flat:
             one.set_xscale("log")
             one.set_yscale("log")
-            one.legend(fontsize=7)
+            one.legend(fontsize=7, loc="lower left")
 
 
 def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str) -> None:
@@ -53,13 +53,13 @@ def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str) -> None:
     for element in ("T3", "T6"):
         for label, here in (("uniform", uniform), ("graded", ~uniform)):
             chosen = np.flatnonzero(own & (runs.element == element) & here)
-            draw_curve(axes, runs.cpu[chosen], error[chosen], f"{element} {label}", style, line="")
+            draw_curve(axes, runs.cpu[chosen], error[chosen], f"{element} {label}", style, line=" ")
             style += 1
     for element, name, style in (("T3", "P1", 4), ("T6", "P2", 5)):
         chosen = np.flatnonzero((runs.program == "scikit-fem") & (runs.element == element))
         best = chosen[pareto_front(runs.cpu[chosen], error[chosen])]
         label = f"scikit-fem {name}, on the same grids"
-        draw_curve(axes, runs.cpu[best], error[best], label, style, line="", hollow=True)
+        draw_curve(axes, runs.cpu[best], error[best], label, style, line=" ", hollow=True)
     _draw_front(axes, runs.cpu[own], error[own])
     _draw_default(axes, runs, error)
 
@@ -75,7 +75,7 @@ def _draw_paths(axes: Axes, runs: xr.Dataset) -> None:
                 if chosen.size:
                     label = f"{element}, order {order}{', refined at the tip' if refined else ''}"
                     x, y = runs.cpu[chosen], runs.distance[chosen]
-                    draw_curve(axes, x, y, label, style, line="")
+                    draw_curve(axes, x, y, label, style, line=" ")
                     style += 1
     _draw_front(axes, runs.cpu, runs.distance)
     _draw_default(axes, runs, runs.distance)

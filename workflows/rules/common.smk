@@ -16,7 +16,10 @@ from workflows.lock import free_stale_lock, remove_leavings
 from workflows.settings import read_settings
 
 let_scripts_import(ROOT)
-ALIVE = free_stale_lock(ROOT / ".snakemake")
+
+# The jobs of a cluster read this file too.
+if workflow.is_main_process:
+    ALIVE = free_stale_lock(ROOT / ".snakemake")
 
 
 onstart:

@@ -28,7 +28,7 @@ rule stability_data:
 rule stability_page:
     input:
         data=rules.stability_data.output.data,
-        code=["workflows/stability/page.py", "workflows/paper/table.py", *PLOTTING],
+        code=["workflows/stability/page.py", "workflows/page.py", *PLOTTING],
     output:
         errors="results/stability/errors.png",
         paths="results/stability/paths.png",

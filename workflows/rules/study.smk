@@ -2,48 +2,13 @@
 #   snakemake study --configfile my_study.yaml    a study file of your own, or several
 #   snakemake studies                             all of configs/studies
 #   snakemake results/crack_length/study.nc       one of them
-from workflows.studies import Studies
+from workflows.studies import BATCH, DATASET, Studies, more_memory
 
 PARAMETER_STUDIES = Studies(
     ROOT / "configs" / "studies",
     workflow.overwrite_configfiles,
     whole=workflow.is_main_process,
 )
-STUDY = "results/{study}/study.nc"
-
-
-def study_file(wildcards):
-    return PARAMETER_STUDIES.file(wildcards.study)
-
-
-def members_of_batch(wildcards):
-    return PARAMETER_STUDIES.members(wildcards.study, int(wildcards.batch))
-
-
-def keys_of_batch(wildcards):
-    return PARAMETER_STUDIES.keys(wildcards.study, int(wildcards.batch))
-
-
-def batches_of_study(wildcards):
-    return expand(
-        "results/{study}/members/batch_{batch}.npz",
-        study=wildcards.study,
-        batch=PARAMETER_STUDIES.batches(wildcards.study),
-    )
-
-
-def datasets_given(wildcards):
-    if not PARAMETER_STUDIES.given:
-        raise ValueError("no study given: --configfile my_study.yaml")
-    return expand(STUDY, study=PARAMETER_STUDIES.given)
-
-
-def definition_of_study(wildcards):
-    return PARAMETER_STUDIES.definition(wildcards.study)
-
-
-def more_memory(wildcards, attempt):
-    return 2000 * attempt
 
 
 rule study_batch:
@@ -51,7 +16,7 @@ rule study_batch:
     input:
         compiled=ancient(rules.warm_up.output.stamp),
     output:
-        data=update("results/{study}/members/batch_{batch}.npz"),
+        data=update(BATCH),
     log:
         "results/logs/study/{study}_{batch}.log",
     benchmark:
@@ -59,15 +24,15 @@ rule study_batch:
     wildcard_constraints:
         study="[A-Za-z][A-Za-z0-9_-]*",
         batch=r"\d+",
-    threads: 1
     retries: 2
+    threads: 1
     resources:
         mem_mb=more_memory,
         runtime=60,
     params:
-        file=study_file,
-        members=members_of_batch,
-        hashes=keys_of_batch,
+        file=PARAMETER_STUDIES.file,
+        members=PARAMETER_STUDIES.members,
+        hashes=PARAMETER_STUDIES.keys,
     message:
         "Study {wildcards.study}, batch {wildcards.batch}"
     script:
@@ -76,9 +41,9 @@ rule study_batch:
 
 rule study_dataset:
     input:
-        parts=batches_of_study,
+        parts=PARAMETER_STUDIES.parts,
     output:
-        data=STUDY,
+        data=DATASET,
     log:
         "results/logs/study/{study}.log",
     benchmark:
@@ -90,8 +55,8 @@ rule study_dataset:
         mem_mb=4000,
         runtime=30,
     params:
-        file=study_file,
-        definition=definition_of_study,
+        file=PARAMETER_STUDIES.file,
+        definition=PARAMETER_STUDIES.definition,
     message:
         "Gathering study {wildcards.study}"
     script:
@@ -100,9 +65,9 @@ rule study_dataset:
 
 rule study:
     input:
-        datasets_given,
+        PARAMETER_STUDIES.given,
 
 
 rule studies:
     input:
-        expand(STUDY, study=PARAMETER_STUDIES.shipped),
+        PARAMETER_STUDIES.shipped(),

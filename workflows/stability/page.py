@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import html
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLUE, GREY, VERMILLION, panels
-from workflows.paper.table import html_page, write_text
+from workflows.page import html_image, html_page, html_table, write_text
 
 COLUMNS = (
     *("case", "what happened", "J [N/mm]", "known", "error", "allowed"),
@@ -66,7 +66,8 @@ def write_page(
         f"were accepted: {int((dataset.negative_pivots > 0).sum())}. Cases in which crack faces "
         f"overlap: {int((dataset.overlap > 1e-8).sum())}. Unknown numbers (nan) in steps that are "
         f"called solved: {int(dataset.not_known.sum())}.</p>\n",
-        *(_picture(Path(path)) for path in (errors, paths)),
+        f"<p>{html_image(errors, 'errors and iterations')}</p>\n",
+        f"<p>{html_image(paths, 'paths of load')}</p>\n",
     ]
     for group, title in titles.items():
         rows = dataset.isel(case=np.flatnonzero(dataset.group == group))
@@ -75,34 +76,32 @@ def write_page(
 
 
 def _table(rows: xr.Dataset) -> str:
-    lines = []
+    lines, marks = [], []
     for name in rows.case.values:
         row = rows.sel(case=name)
-        cells = [
-            str(name).split("/")[1],
-            _what_happened(row),
-            _number(row.J, ".6g"),
-            _known(row),
-            _number(row.error, ".1e"),
-            _number(row.within, "g"),
-            f"{float(row.newton_iterations):.0f} / {float(row.substeps):.0f}"
-            if row.substeps.notnull()
-            else "",
-            _number(row.residual, ".0e"),
-            "yes" if row.held else "no",
-        ]
-        body = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-        lines.append(f'<tr class="{"yes" if row.held else "no"}">{body}</tr>\n')
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in COLUMNS)
-    return f"<table>\n<tr>{head}</tr>\n{''.join(lines)}</table>\n"
+        marks.append("yes" if row.held else "no")
+        effort = [_number(row[count], ".0f") for count in ("newton_iterations", "substeps")]
+        lines.append(
+            [
+                str(name).split("/")[1],
+                _what_happened(row),
+                _number(row.J, ".6g"),
+                _known(row),
+                _number(row.error, ".1e"),
+                _number(row.within, "g"),
+                " / ".join(filter(None, effort)),
+                _number(row.residual, ".0e"),
+                marks[-1],
+            ]
+        )
+    return html_table(COLUMNS, lines, marks)
 
 
 def _what_happened(row: xr.Dataset) -> str:
     """The words in which the program said it; of a solved case, its warnings."""
     status, message = row.status.item(), row.message.item()
     if status == "solved":
-        warnings = row.warnings.item()
-        return "solved" + (f"; {warnings}" if warnings not in ("", "[]") else "")
+        return "; ".join(["solved", *json.loads(row.warnings.item())])
     return message if status == "unstable" else f"{status}: {message}"
 
 
@@ -115,11 +114,6 @@ def _known(row: xr.Dataset) -> str:
 
 def _number(value: xr.DataArray, form: str) -> str:
     return f"{float(value):{form}}" if value.notnull() else ""
-
-
-def _picture(path: Path) -> str:
-    inside = base64.b64encode(path.read_bytes()).decode()
-    return f'<img alt="{path.stem}" style="max-width:100%" src="data:image/png;base64,{inside}">\n'
 
 
 def _draw_errors(dataset: xr.Dataset, path: Path) -> None:
