@@ -198,16 +198,19 @@ class History:
         -------
         xarray.Dataset
             By step [N mm per mm of thickness]: ``external_work``, ``strain_energy``,
-            ``fracture_energy``, and what is ``missing``, the first less the other two. At a load
-            that makes a crack just run this is the error of the steps; at a load above that it is
-            also what is set free beyond g_c. Without g_c it is nan as soon as a crack grows.
+            ``fracture_energy``, of plastic materials ``plastic_work``, and what is ``missing``, the
+            first less the others. At a load that makes a crack just run this is the error of the
+            steps; at a load above that it is also what is set free beyond g_c. Without g_c it is
+            nan as soon as a crack grows.
         """
-        names = ["external_work", "strain_energy", "fracture_energy"]
-        terms = self._history[names]
-        missing = terms["external_work"] - terms["strain_energy"] - terms["fracture_energy"]
+        spent = ["strain_energy", "fracture_energy"]
+        if "plastic_work" in self._history and self._history["plastic_work"].notnull().any():
+            spent.append("plastic_work")
+        terms = self._history[["external_work", *spent]]
+        missing = terms["external_work"] - sum(terms[name] for name in spent)
         missing.attrs = {
             "units": self._history["external_work"].attrs.get("units", "N"),
-            "long_name": "work of the loads less strain energy less fracture energy",
+            "long_name": "work of the loads less all else",
         }
         return terms.assign(missing=missing).assign_attrs(
             title=f"Energy balance of {self._history.attrs.get('title', 'a run')}"

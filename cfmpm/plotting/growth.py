@@ -256,9 +256,11 @@ def draw_energy(axes: Axes, history: xr.Dataset) -> Axes:
         ("external_work", "work of the loads", 6, "-"),
         ("strain_energy", "strain energy", 0, "-"),
         ("fracture_energy", "g_c times new length", 1, "-"),
-        ("missing", "missing: work less both", 4, "--"),
+        ("plastic_work", "plastic work", 2, "-"),
+        ("missing", "missing: work less the others", 4, "--"),
     ):
-        if balance[name].notnull().any():  # fatigue spends no g_c
+        # Fatigue spends no g_c, an elastic body no plastic work.
+        if name in balance and balance[name].notnull().any():
             draw_curve(axes, grown, balance[name], label, style, line=line)
     axes.set_xlabel("growth of all cracks together [mm]")
     axes.set_ylabel("energy per thickness [N mm/mm]")

@@ -54,10 +54,12 @@ print("directions of its first and last whole segment:", np.round(angles[[0, -2]
 
 # %% [markdown]
 # The slanted crack runs at the load that just drives it (`control: crack`). Then all work of the
-# loads is found again, as strain energy or as new crack; what is missing is the error of the steps,
-# which falls with the size of the segments.
+# loads is found again, as strain energy or as new crack; what is missing is the error of the steps.
+# The last segment before an edge breaks a whole ligament, far too much for the trapezoidal rule by
+# which work is summed: so here until the first end arrives.
 
 # %%
-balance = histories["examples/centre_crack"].cfmpm.energy_balance()
+slanted = histories["examples/centre_crack"]
+balance = slanted.cfmpm.energy_balance().where(slanted["J"].notnull().all("tip"))
 share = float(np.abs(balance["missing"]).max() / balance["external_work"].max())
 print(f"missing: at most {share:.1e} of the work")
