@@ -125,8 +125,8 @@ def evaluate_tips(
                     row["G_kink"], toughness
                 )
         rows.append(row)
-    names = dict.fromkeys(name for row in rows for name in row)
-    return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+    empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
+    return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
 
 
 def _j_integral(near: _Neighbourhood, radius: float) -> float:

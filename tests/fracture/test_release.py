@@ -422,7 +422,7 @@ def test_an_ending_says_which_crack_has_cut_off_what():
             {"edge": "edge_1", "displacement": {"x": 0, "y": 0}},
         ],
         "mesh": {"element": "T3", "size": 4},
-        "growth": {"control": "crack", "increments": 400, "tips": "largest"},
+        "growth": {"control": "crack", "increments": 2000, "tips": "largest"},
     }
     history = cfmpm.run(scene_from_dict(scene)).history
     meanings = history["tip_status"].attrs["flag_meanings"].split()

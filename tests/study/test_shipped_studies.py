@@ -87,14 +87,15 @@ def test_the_radius_of_the_domain_does_not_matter_on_a_good_grid() -> None:
 
 
 @pytest.mark.slow
-def test_t3_locks_and_t6_does_not() -> None:
+def test_neither_t3_nor_t6_locks() -> None:
     dataset = solved("element_order").isel(tip=0)
     # K_I of a plate under tractions does not depend on nu, so G goes with 1 - nu^2.
     scaled = dataset["J"] / (1.0 - dataset["nu"] ** 2)
     scaled = scaled / scaled.sel(element="T6", nu=0.3)
     assert np.ptp(scaled.sel(element="T6").values) < 2e-3
     assert float(scaled.sel(element="T3", nu=0.3)) > 0.97
-    assert float(scaled.sel(element="T3", nu=0.499)) < 0.75
+    # From nu 0.45 on the change of volume is averaged over pairs of triangles.
+    assert float(scaled.sel(element="T3", nu=0.499)) > 0.96
 
 
 @pytest.mark.slow

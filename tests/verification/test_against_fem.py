@@ -38,7 +38,9 @@ def edge_cracked_plate(element, loads=None, **more):
 def independent_system(grid, traction):
     """The equations by scikit-fem on the same grid, and the degrees of freedom of each node."""
     order = grid.elements.shape[1] // 3
-    plate = Plate(grid.nodes[: grid.n_corners], grid.triangles, E, NU, traction)
+    plate = Plate(
+        grid.nodes[: grid.n_corners], grid.triangles, E, NU, (0.0, traction), (0.0, -traction)
+    )
     system = assemble(plate, order)
     # Match the degrees of freedom by element, for crack faces share their coordinates.
     dofs = np.empty((len(grid.nodes), 2), int)
