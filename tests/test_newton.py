@@ -355,8 +355,8 @@ def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
         assert np.isfinite(history.strain_energy).all()
         reached.append(float(history.load_factor[-1]))
     assert (1 - 12 / 50) * reached[0] < reached[1] < reached[0]
-    # Faces that slide by millimetres as the plate gives way have turned since the step began.
-    assert (history.min_opening > -2e-3 * 8).all()
+    # As the plate gives way faces slide by millimetres, and have turned since the step began.
+    assert float(history.min_opening[0, 0]) > -1e-8
     assert (history.contact_pairs > 0).all()
 
 
