@@ -8,18 +8,14 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
-from multiprocessing.connection import wait as wait_for
+from contextlib import closing, contextmanager, suppress
+from multiprocessing.connection import Connection, wait
 
 from cfmpm.scene import Scene
 from cfmpm.study.member import Outcome, solve
 from cfmpm.study.reading import Member
 from cfmpm.study.store import Store
 
-# Members handed to each process ahead of time: it has no pause between two of them.
-AHEAD = 2
 # What keeps a member to one thread; read by the libraries as they are loaded.
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
@@ -69,74 +65,106 @@ def usable_cores() -> int:
 
 def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
     """Solve members, in the order in which they come to their ends."""
+    tried: set[str] = set()
+    crew: list[_Worker] = []
     # Compiling takes longer than most members: the first one does it for all.
-    if len(jobs) > 1 and workers > 1 and not _compiled():
-        jobs.extendleft((yield from _pooled(deque([jobs.popleft()]), 1)))
-    while jobs:
-        lost = deque((yield from _pooled(jobs, min(workers, len(jobs)))))
-        # A process died: what was under way is tried again one by one, to find out on which.
-        while lost:
-            for key, _ in (yield from _pooled(lost, 1, ahead=1)):
-                yield Outcome(key, "its process died; not enough memory?", lasting=False)
-
-
-def _pooled(
-    jobs: deque[Job], workers: int, ahead: int = AHEAD
-) -> Generator[Outcome, None, list[Job]]:
-    """Solve members until all are done or a process dies; returns those under way when it died."""
-    running: dict[Future[Outcome], Job] = {}
-    with _pool(workers) as pool:
-        try:
-            while jobs or running:
-                while jobs and len(running) < ahead * workers:
-                    running[pool.submit(solve, *jobs[0])] = jobs[0]
-                    jobs.popleft()
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    outcome = future.result()
-                    del running[future]
+    most = workers if workers == 1 or _compiled() else 1
+    try:
+        while jobs or any(worker.job for worker in crew):
+            while jobs and len(crew) < most:
+                crew.append(_Worker(jobs.popleft()))
+            ready = wait([worker.pipe for worker in crew if worker.job])
+            for worker in [worker for worker in crew if worker.pipe in ready]:
+                job, outcome = worker.job, worker.outcome()
+                assert job is not None
+                if outcome is not None:
+                    most = workers
+                    worker.take(jobs.popleft() if jobs else None)
                     yield outcome
-        except BrokenProcessPool:
-            whole = [one for one in running if one.done() and one.exception() is None]
-            for future in whole:
-                del running[future]
-                yield future.result()
-    return list(running.values())
+                    continue
+                # It has died. Each of its members has a second chance, in a new process.
+                crew.remove(worker)
+                if job[0] in tried:
+                    yield Outcome(job[0], worker.cause_of_death(), lasting=False)
+                else:
+                    tried.add(job[0])
+                    jobs.append(job)
+    finally:
+        for worker in crew:
+            worker.process.terminate()
+        for worker in crew:
+            worker.process.join()
+
+
+class _Worker:
+    """A process that solves one member after the other.
+
+    The executors of `concurrent.futures` do not tell of which member a process has died, and up to
+    Python 3.12 can wait for ever for one that starts while another dies.
+    """
+
+    def __init__(self, job: Job) -> None:
+        # New processes rather than copies of this one: a copy takes locks of other threads along.
+        context = multiprocessing.get_context("spawn")
+        self.pipe, other = context.Pipe()
+        self.process = context.Process(target=_serve, args=(other,), daemon=True)
+        with _one_thread():
+            self.process.start()
+        other.close()  # with the process its end is then closed for good, which is seen here
+        self.take(job)
+
+    def take(self, job: Job | None) -> None:
+        """Begin with a member; with None there is nothing more to do."""
+        self.job = job
+        if job is not None:
+            with suppress(OSError):  # the process has died, which `outcome` will tell
+                self.pipe.send(job)
+
+    def outcome(self) -> Outcome | None:
+        """What the member has left; None if the process has died."""
+        try:
+            found: Outcome = self.pipe.recv()
+        except (EOFError, OSError):
+            return None
+        return found
+
+    def cause_of_death(self) -> str:
+        """Say how the process ended, once it has."""
+        self.process.join()
+        code = self.process.exitcode
+        how = f"by signal {-code}" if code is not None and code < 0 else f"with status {code}"
+        return f"its process ended {how}; not enough memory?"
+
+
+def _serve(pipe: Connection) -> None:
+    """Solve members as they come, in a process of their own."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def end_with(sentinel: int) -> None:
+        wait([sentinel])
+        os._exit(1)
+
+    threading.Thread(target=end_with, args=(parent.sentinel,), daemon=True).start()
+    with suppress(EOFError, BrokenPipeError):  # the other side is gone
+        while True:
+            pipe.send(solve(*pipe.recv()))
 
 
 @contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+def _one_thread() -> Iterator[None]:
+    """Let processes that start within the ``with`` block have one thread each."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
-    # New processes rather than copies of this one: a copy takes locks of other threads along.
-    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _prepare)
     os.environ.update(ONE_THREAD)
     try:
-        yield pool
-    except BaseException:
-        for process in multiprocessing.active_children():
-            process.terminate()
-        raise
+        yield
     finally:
-        pool.shutdown(cancel_futures=True)
         for name, value in before.items():
             if value is None:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-def _prepare() -> None:
-    """Make a new process ready: it loads what is heavy, and ends when the one that made it does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        wait_for([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-    import cfmpm.simulation  # noqa: F401
 
 
 def _compiled() -> bool:

@@ -140,6 +140,14 @@ def test_the_same_dataset_and_only_what_a_change_touches(call, study, checkout, 
     assert "6 of them known from before" in done.stdout
 
 
+def test_a_changed_program_solves_all_again(call, study, checkout) -> None:
+    module = checkout / "cfmpm" / "clock.py"
+    before = module.read_text()
+    module.write_text(before + "\n# Another version.\n")
+    assert len(jobs(call(study, "--dry-run"))) == 4
+    module.write_text(before)
+
+
 def test_a_bad_member_stops_before_any_job(call, study, checkout) -> None:
     study.write_text(STUDY.replace("300e3", "-1"))
     said = call(study, "--cores", "1", check=False)

@@ -14,7 +14,7 @@ PARAMETER_STUDIES = Studies(
 rule study_batch:
     # The study file is no input: what of it matters to these members is in their keys.
     input:
-        compiled=ancient(rules.warm_up.output.stamp),
+        compiled=rules.warm_up.output.stamp,
     output:
         data=update(BATCH),
     log:
