@@ -77,7 +77,7 @@ def test_overview_has_every_figure_and_claim(reproduced):
     assert page.pictures == [f"Fig. {n}" for n in FIGURES]
     tables = [paper / f"{name}.csv" for name in ("section_5_1", "sections_5_2_to_5_5")]
     claims = [claim for table in tables for claim in read_table(table)]
-    assert page.text.startswith("The paper, reproduced")
+    assert page.text.lstrip().startswith("The paper, reproduced")
     assert f"{len(claims)} claims" in page.text
     for claim in claims:
         assert claim.claim in page.text

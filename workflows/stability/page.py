@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLUE, GREY, VERMILLION, panels
 from workflows.page import html_image, html_page, html_table, write_text
+from workflows.stability.cases import TOUCH
 
 COLUMNS = (
     *("case", "what happened", "J [N/mm]", "known", "error", "allowed"),
@@ -64,8 +65,9 @@ def write_page(
     parts = [
         f"<p>{held} of {dataset.sizes['case']} cases ended as they should. Unstable states that "
         f"were accepted: {int((dataset.negative_pivots > 0).sum())}. Cases in which crack faces "
-        f"overlap: {int((dataset.overlap > 1e-8).sum())}. Unknown numbers (nan) in steps that are "
-        f"called solved: {int(dataset.not_known.sum())}.</p>\n",
+        f"overlap by more than {TOUCH:g} elements: {int((dataset.overlap > TOUCH).sum())}. "
+        "Unknown numbers (nan) in steps that are called solved: "
+        f"{int(dataset.not_known.sum())}.</p>\n",
         f"<p>{html_image(errors, 'errors and iterations')}</p>\n",
         f"<p>{html_image(paths, 'paths of load')}</p>\n",
     ]
