@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, hstack
 
+from cfmpm.engines import NotPositiveDefiniteError
 from cfmpm.errors import SolveError
-from cfmpm.fracture.opening import FacePairs, face_pairs
+from cfmpm.fracture.opening import FacePairs, Turning, face_pairs, turning_of
 from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels.dense import cholesky_solve
-from cfmpm.solvers import Factor
+from cfmpm.solvers import Factor, Solution
 
 # Overlap, relative to the largest displacement, below which faces only touch.
 TOUCH = 1e-10
@@ -20,6 +22,14 @@ TOUCH = 1e-10
 # change one at a time; and rounds altogether.
 PATIENCE = 5
 ROUNDS = 200
+
+
+class Solver(Protocol):
+    """What a stiffness can be solved by."""
+
+    def solve(self, b: Floats, /) -> Solution:
+        """Solve for the free components."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -32,40 +42,113 @@ class Contact:
         Of the nodes, with the faces kept apart [mm].
     force : (n, 2) float
         That the faces exert on each other, at their nodes [N/mm].
-    pairs : int
-        Number of pairs of nodes that are closed.
+    pressed : (k,) float
+        Of each pair of nodes along its normal [N/mm].
     """
 
     displacement: Floats
     force: Floats
-    pairs: int
+    pressed: Floats
+
+    @property
+    def pairs(self) -> int:
+        """Number of pairs of nodes that are closed."""
+        return int(np.count_nonzero(self.pressed))
 
 
-def close_faces(
-    grid: Grid,
-    prescribed: NDArray[np.bool_],
-    displacement: Floats,
-    factor: Factor,
-    shape: Floats | None = None,
-) -> Contact:
-    """Press apart the crack faces that overlap in a linear solution.
+@dataclass(frozen=True)
+class Faces:
+    """The faces of all cracks in a shape of the body.
 
-    Each pair of coincident nodes has an opening g >= 0 and a force p >= 0 along its normal, one of
-    which is zero (Signorini 1959). With C the openings per displacement, g = g0 + C K^-1 C^T p: a
-    linear complementarity problem with as many unknowns as there are pairs, symmetric positive
-    definite. Its solution grows in proportion to the load.
+    Attributes
+    ----------
+    pairs : FacePairs
+        But for those whose opening the supports prescribe.
+    shape : (n, 2) float
+        Displacement of the nodes [mm].
+    opening : (k,) float
+        In that shape [mm].
+    push : (2 n, k) csc_array
+        Derivative of the openings by the displacement: what unit forces of the pairs do to the
+        nodes. As the normals turn with the edges, it has no moment even where faces have slid.
+    turnings : tuple of (slice, Turning)
+        The pairs of each crack, and how it turns; none at small strain.
+    """
+
+    pairs: FacePairs
+    shape: Floats
+    opening: Floats
+    push: csc_array
+    turnings: tuple[tuple[slice, Turning], ...] = ()
+
+    def force(self, pressed: Floats) -> Floats:
+        """Forces on the nodes by those of the pairs [N/mm], (n, 2)."""
+        force: Floats = (self.push @ pressed).reshape(-1, 2)
+        return force
+
+
+def faces_at_rest(grid: Grid, prescribed: NDArray[np.bool_]) -> Faces:
+    """Return the faces of cracks as they are at small strain.
 
     Parameters
     ----------
     grid : Grid
     prescribed : (n, 2) bool
         Components of displacement that are prescribed.
+    """
+    cracks = [face_pairs(grid, crack) for crack in grid.crack_faces]
+    pairs = _joined([_kept(pairs, _movable(pairs, prescribed)) for pairs in cracks])
+    nothing = np.zeros((len(grid.nodes), 2))
+    return Faces(pairs, nothing, np.zeros(len(pairs.left)), _nodal_forces(pairs, len(nothing)))
+
+
+def turned_faces(grid: Grid, prescribed: NDArray[np.bool_], shape: Floats) -> Faces:
+    """Return the faces of cracks in a shape of the body, with which their normals turn.
+
+    Parameters
+    ----------
+    grid : Grid
+    prescribed : (n, 2) bool
+    shape : (n, 2) float
+        Displacement of the nodes [mm].
+    """
+    turnings, cracks, columns, begin = [], [], [], 0
+    for crack in grid.crack_faces:
+        turning = turning_of(grid, crack, shape)
+        movable = _movable(face_pairs(grid, crack), prescribed)
+        pairs = _kept(face_pairs(grid, crack, turning), movable)
+        jump = shape[pairs.left] - shape[pairs.right]
+        # The opening also changes as its normal turns, where the faces have slid.
+        slid = np.einsum("ki,ki->k", jump, _turned_by_quarter(pairs.normal))
+        columns.append(_nodal_forces(pairs, len(shape)) + _outer(turning, slid, len(shape)))
+        turnings.append((slice(begin, begin + len(slid)), turning))
+        cracks.append(pairs)
+        begin += len(slid)
+    pairs = _joined(cracks)
+    push = csc_array(hstack(columns, format="csc"))
+    return Faces(pairs, shape, pairs.opening(shape), push, tuple(turnings))
+
+
+def close_faces(
+    faces: Faces, prescribed: NDArray[np.bool_], displacement: Floats, factor: Solver
+) -> Contact:
+    """Press apart the crack faces that overlap in a linear solution.
+
+    Each pair of coincident nodes has an opening g >= 0 and a force p >= 0 along its normal, one of
+    which is zero (Signorini 1959). With C the openings per displacement, g = g0 + C K^-1 C^T p: a
+    linear complementarity problem with as many unknowns as there are pairs, symmetric positive
+    definite. At small strain its solution grows in proportion to the load.
+
+    Parameters
+    ----------
+    faces : Faces
+        In a shape near by.
+    prescribed : (n, 2) bool
+        Components of displacement that are prescribed.
     displacement : (n, 2) float
         In balance without contact [mm].
-    factor : Factor
+    factor : Solver
         Of the stiffness of the free components.
-    shape : (n, 2) float, optional
-        Displacement with which the faces and their normals turn, at finite deformation [mm].
 
     Returns
     -------
@@ -84,31 +167,106 @@ def close_faces(
     force divided by the length in these rules is a pressure in the mean only. Where pressure
     changes within an edge of T6, a corner may open under it by as much as the grid can tell.
     """
-    nothing = Contact(displacement, np.zeros_like(displacement), 0)
-    if not grid.crack_faces:
-        return nothing
-    pairs = _movable([face_pairs(grid, crack, shape) for crack in grid.crack_faces], prescribed)
-    gap = pairs.opening(displacement)
+    gap = faces.opening + faces.push.T @ (displacement - faces.shape).ravel()
     slack = TOUCH * np.abs(displacement).max(initial=0.0)
     if not (gap < -slack).any():
-        return nothing
-    push = _nodal_forces(pairs, len(grid.nodes))
-    free_push = push[np.flatnonzero(~prescribed.ravel())]
-    force = _complementary_force(gap, slack, free_push, factor)
+        return Contact(displacement, np.zeros_like(displacement), np.zeros(len(gap)))
+    free_push = faces.push[np.flatnonzero(~prescribed.ravel())]
+    pressed = _complementary_force(gap, slack, free_push, factor)
     closed = displacement.copy()
-    closed[~prescribed] += factor.solve(free_push @ force).x
-    return Contact(closed, (push @ force).reshape(-1, 2), int(np.count_nonzero(force)))
+    closed[~prescribed] += factor.solve(free_push @ pressed).x
+    return Contact(closed, faces.force(pressed), pressed)
 
 
-def _movable(cracks: list[FacePairs], prescribed: NDArray[np.bool_]) -> FacePairs:
-    """Join the pairs of all cracks, but for those whose opening the supports prescribe."""
-    left, right, normal = (
-        np.concatenate([getattr(pairs, name) for pairs in cracks])
-        for name in ("left", "right", "normal")
+class TurningStiffness:
+    """A factored stiffness, with what pressed faces add to it as they turn.
+
+    Newton's method for the energy less the work of the forces p on the openings g has the
+    stiffness K - sum p d2g/du2. With the angle a and the stretch s of a crack, and its slid parts
+    weighted with p, that is K + a' w^T + w a'^T, two columns a crack: solved by the identity of
+    Sherman, Morrison and Woodbury from the factor of K alone.
+
+    Parameters
+    ----------
+    factor : Factor
+        Of the stiffness K of the free components.
+    faces : Faces
+        In the shape in which K was assembled.
+    prescribed : (n, 2) bool
+    pressed : (k,) float
+        Forces of the pairs [N/mm].
+
+    Raises
+    ------
+    NotPositiveDefiniteError
+        Where pressed faces slide away.
+    """
+
+    def __init__(
+        self, factor: Factor, faces: Faces, prescribed: NDArray[np.bool_], pressed: Floats
+    ) -> None:
+        self._factor = factor
+        columns = []
+        for part, turning in faces.turnings:
+            if not pressed[part].any():
+                continue
+            angle, pushed = np.zeros_like(faces.shape), np.zeros_like(faces.shape)
+            angle[turning.nodes] = turning.angle_slope
+            left, right, normal = (
+                faces.pairs.left[part],
+                faces.pairs.right[part],
+                faces.pairs.normal[part],
+            )
+            along = _turned_by_quarter(normal)
+            forces = pressed[part, None] * along
+            np.add.at(pushed, left, forces)
+            np.add.at(pushed, right, -forces)
+            slid = np.sum(forces * (faces.shape[left] - faces.shape[right]))
+            other = 0.5 * (pressed[part] @ faces.opening[part]) * angle - pushed
+            other[turning.nodes] += slid * turning.stretch_slope
+            columns += [angle[~prescribed], other[~prescribed]]
+        self._columns = np.array(columns).reshape(len(columns), -1)
+        self._solved = np.array([factor.solve(column).x for column in columns])
+        if not columns:
+            return
+        # Of [0 1; 1 0] for each crack, which is its own inverse.
+        self._small = np.kron(np.eye(len(columns) // 2), [[0.0, 1.0], [1.0, 0.0]])
+        self._small += np.einsum("ik,jk->ij", self._columns, self._solved)
+        # Haynsworth's inertia: it has as many positive eigenvalues as negative ones, or K + ...
+        # is not positive definite where K is.
+        if np.count_nonzero(np.linalg.eigvalsh(self._small) > 0.0) != len(columns) // 2:
+            raise NotPositiveDefiniteError("pressed crack faces slide away as they turn")
+
+    def solve(self, b: Floats) -> Solution:
+        """Solve for the free components, as `Factor.solve` does."""
+        plain = self._factor.solve(b)
+        if not len(self._columns):
+            return plain
+        part = np.linalg.solve(self._small, np.einsum("ik,k->i", self._columns, plain.x))
+        return replace(plain, x=plain.x - np.einsum("ik,i->k", self._solved, part))
+
+
+def _turned_by_quarter(vectors: Floats) -> Floats:
+    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
+
+
+def _movable(pairs: FacePairs, prescribed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell which pairs at rest have an opening that the supports do not prescribe."""
+    held = prescribed[pairs.left] & prescribed[pairs.right]
+    return np.asarray((np.abs(pairs.normal * ~held) > 1e-9).any(axis=1))
+
+
+def _kept(pairs: FacePairs, which: NDArray[np.bool_]) -> FacePairs:
+    return FacePairs(pairs.left[which], pairs.right[which], pairs.normal[which])
+
+
+def _joined(cracks: list[FacePairs]) -> FacePairs:
+    return FacePairs(
+        *(
+            np.concatenate([getattr(pairs, name) for pairs in cracks])
+            for name in ("left", "right", "normal")
+        )
     )
-    held = prescribed[left] & prescribed[right]
-    movable = (np.abs(normal * ~held) > 1e-9).any(axis=1)
-    return FacePairs(left[movable], right[movable], normal[movable])
 
 
 def _nodal_forces(pairs: FacePairs, n_nodes: int) -> csc_array:
@@ -122,7 +280,18 @@ def _nodal_forces(pairs: FacePairs, n_nodes: int) -> csc_array:
     )
 
 
-def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Factor) -> Floats:
+def _outer(turning: Turning, slid: Floats, n_nodes: int) -> csc_array:
+    """Derivative of the openings as the normals turn, (2 n, k)."""
+    rows = (2 * turning.nodes[:, None] + np.arange(2)).ravel()
+    angle = turning.angle_slope.ravel()
+    columns = np.repeat(np.arange(len(slid)), len(rows))
+    return csc_array(
+        (np.outer(slid, angle).ravel(), (np.tile(rows, len(slid)), columns)),
+        shape=(2 * n_nodes, len(slid)),
+    )
+
+
+def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Solver) -> Floats:
     """Find the forces of the pairs by block pivoting (Judice and Pires 1994), (k,).
 
     All pairs that pull or overlap change places at once, which is the primal-dual active set

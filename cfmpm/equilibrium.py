@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from cfmpm import solvers
-from cfmpm.contact import close_faces
+from cfmpm.contact import Contact, close_faces, faces_at_rest
 from cfmpm.errors import SolveError
 from cfmpm.grid import Floats, Grid, Ints
 from cfmpm.kernels import assembly, constitutive, finite
@@ -239,7 +239,11 @@ def solve_linear(
     solution = factor.solve(unbalanced[free])
     displacement[free] += solution.x
     apart = displacement
-    contact = close_faces(grid, loading.prescribed, apart, factor)
+    if grid.crack_faces:
+        faces = faces_at_rest(grid, loading.prescribed)
+        contact = close_faces(faces, loading.prescribed, apart, factor)
+    else:
+        contact = Contact(apart, np.zeros_like(apart), np.zeros(0))
     displacement = loading.at_rest(contact.displacement)
     update_points(grid, points, gradients, lame, displacement, patches)
     force = internal_force(grid, points, gradients)

@@ -55,8 +55,7 @@ def evaluate_tips(
         are those of the largest radius.
     """
     grid, body_force = body.grid, balance.load_factor * body.loading.body_force
-    turned = balance.displacement if balance.finite else None
-    openings = smallest_openings(grid, balance.displacement, turned)
+    openings = smallest_openings(grid, balance.displacement, balance.finite)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         ahead = regions_ahead(grid, tip, tip.tangent)

@@ -10,7 +10,14 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from cfmpm import solvers
-from cfmpm.contact import Contact, close_faces
+from cfmpm.contact import (
+    Contact,
+    Faces,
+    Solver,
+    TurningStiffness,
+    close_faces,
+    turned_faces,
+)
 from cfmpm.engines import NotPositiveDefiniteError
 from cfmpm.equilibrium import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
 from cfmpm.errors import SolveError
@@ -390,26 +397,31 @@ class _March:
 
     def apart(self, displacement: Floats) -> Floats:
         """Keep the crack faces of a displacement apart, by the stiffness factored last."""
-        return self._closed(displacement, displacement).displacement
+        assert self._factor is not None
+        return self._closed(displacement, displacement, self._factor).displacement
 
     def balance(self, state: _State, load_factor: float, force_before: Floats) -> _Balanced:
         """Newton's method, from a state with the prescribed displacement of a load factor.
 
         Each iteration solves K delta = f_ext - f_int (paper eq 13, sign put right), presses
-        overlapping faces apart, along their normals at the start, and goes along that correction as
-        far as it helps. Where it ends without force, the forces before set the scale of what is
-        unbalanced.
+        overlapping faces apart, and goes along that correction as far as it helps. Normals turn
+        with the faces, and forces along them with the normals. Where it ends without force, the
+        forces before set the scale of what is unbalanced.
         """
         external = load_factor * self._problem.loading.force
         # Of large and opposite forces: what springs leave of them, the material feels.
         pull = load_factor * self._problem.pull
         scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
         residuals: list[float] = []
-        shape = state.displacement
+        pressed = np.zeros(0)
         while True:
             stiffness = self.factor_at(state)
+            tangent = self._tangent(state, pressed)
             unbalanced = external + pull - state.resistance
-            closed = self._closed(self._corrected(state.displacement, unbalanced), shape)
+            corrected = state.displacement.copy()
+            corrected[self._free] += tangent.solve(unbalanced[self._free]).x
+            closed = self._closed(corrected, state.displacement, tangent)
+            pressed = closed.pressed
             left = (unbalanced + closed.force)[self._free]
             scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
             residuals.append(float(np.abs(left).max(initial=0.0) / scale) if scale > 0.0 else 0.0)
@@ -424,7 +436,7 @@ class _March:
                     f"force is still unbalanced (allowed {RESIDUAL:.0e}; round-off explains "
                     f"{floor:.1e})"
                 )
-            state = self._searched(state, closed.displacement, external + pull + closed.force)
+            state = self._searched(state, closed.displacement, external + pull, pressed)
 
     def check_jump(self, before: _State, after: _State) -> None:
         """SolveError where the stretch of a point has grown by more than `STRETCH_JUMP`."""
@@ -490,26 +502,39 @@ class _March:
         assert self._factor is not None
         return self._factor.solve(force).x
 
-    def _corrected(self, displacement: Floats, unbalanced: Floats) -> Floats:
-        corrected = displacement.copy()
-        corrected[self._free] += self._solve(unbalanced[self._free])
-        return corrected
-
-    def _closed(self, displacement: Floats, shape: Floats) -> Contact:
-        """Press faces apart along their normals in a shape of the body near by."""
+    def _tangent(self, state: _State, pressed: Floats) -> Solver:
+        """What Newton's method solves with: the stiffness, and that of the forces of faces."""
         assert self._factor is not None
+        if not pressed.any():
+            return self._factor
+        faces = self._faces(state.displacement)
+        return TurningStiffness(self._factor, faces, self._problem.loading.prescribed, pressed)
+
+    def _faces(self, displacement: Floats) -> Faces:
         problem = self._problem
-        faces, total = problem.faces or problem.grid, problem.carried + displacement
-        turned = problem.carried + shape
-        contact = close_faces(faces, problem.loading.prescribed, total, self._factor, turned)
+        grid, shape = problem.faces or problem.grid, problem.carried + displacement
+        return turned_faces(grid, problem.loading.prescribed, shape)
+
+    def _closed(self, displacement: Floats, shape: Floats, tangent: Solver) -> Contact:
+        """Press faces apart in a shape of the body near by."""
+        problem = self._problem
+        if not (problem.faces or problem.grid).crack_faces:
+            return Contact(displacement, np.zeros_like(displacement), np.zeros(0))
+        total = problem.carried + displacement
+        contact = close_faces(self._faces(shape), problem.loading.prescribed, total, tangent)
         if contact.displacement is total:
             return replace(contact, displacement=displacement)
         return replace(contact, displacement=contact.displacement - problem.carried)
 
-    def _searched(self, state: _State, goal: Floats, external: Floats) -> _State:
+    def _searched(self, state: _State, goal: Floats, external: Floats, pressed: Floats) -> _State:
         """Go towards a displacement as far as it helps."""
         along = goal - state.displacement
-        left = np.where(self._free, external - state.resistance, 0.0)
+
+        def unbalanced(at: _State) -> Floats:
+            pushed = self._faces(at.displacement).force(pressed) if pressed.any() else 0.0
+            return np.where(self._free, external + pushed - at.resistance, 0.0)
+
+        left = unbalanced(state)
         size, work = float(np.sqrt(np.sum(left * left))), float(np.sum(left * along))
         part = 1.0
         while part >= SHORTEST:
@@ -518,7 +543,7 @@ class _March:
             except SolveError:
                 part *= 0.5
                 continue
-            left = np.where(self._free, external - trial.resistance, 0.0)
+            left = unbalanced(trial)
             smaller = np.sqrt(np.sum(left * left)) < size
             if smaller or abs(np.sum(left * along)) <= LINE_SEARCH * abs(work):
                 return trial

@@ -355,8 +355,7 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     grid = body.grid
     found = doubts_before(body)
     largest = np.abs(balance.displacement).max(initial=0.0)
-    turned = balance.displacement if balance.finite else None
-    for name, opening in smallest_openings(grid, balance.displacement, turned).items():
+    for name, opening in smallest_openings(grid, balance.displacement, balance.finite).items():
         if opening < -1e-6 * largest:
             fixed = body.motion is not None and body.scene.updated.grid == "fixed"
             why = (

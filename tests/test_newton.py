@@ -339,8 +339,8 @@ class TestGrowth:
 def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
     """A step that fails leaves nothing behind: the closed faces go on from the last state.
 
-    The crack takes stiffness away, as its faces slide, and open where the plate bends; the part of
-    the width that it leaves is at least as good.
+    The crack takes stiffness away, as its faces slide, and open where the plate bends: hardly more
+    than the part of the width that it takes.
     """
     outline = [[0, 0], [50, 0], [50, 80], [0, 80]]
     sound = {"geometry": {"outline": outline}, "family": None, "fracture": {}}
@@ -354,9 +354,9 @@ def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
         assert history.attrs["ending"].startswith("unstable: no stable state")
         assert np.isfinite(history.strain_energy).all()
         reached.append(float(history.load_factor[-1]))
-    assert (1 - 12 / 50) * reached[0] < reached[1] < reached[0]
-    # As the plate gives way faces slide by millimetres, and have turned since the step began.
-    assert float(history.min_opening[0, 0]) > -1e-8
+    assert (1 - 12.5 / 50) * reached[0] < reached[1] < reached[0]
+    # As the plate gives way faces slide by millimetres, and turn.
+    assert (history.min_opening > -1e-9).all()
     assert (history.contact_pairs > 0).all()
 
 

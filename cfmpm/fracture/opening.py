@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cfmpm.grid import Floats, Grid, Ints
 
@@ -38,59 +39,100 @@ class FacePairs:
         return np.einsum("ki,ki->k", jump, self.normal)
 
 
-def face_pairs(grid: Grid, crack: str, shape: Floats | None = None) -> FacePairs:
+@dataclass(frozen=True)
+class Turning:
+    """How a crack has turned as a whole: the rotation that fits the edges of its faces best.
+
+    Attributes
+    ----------
+    rotation : complex
+        Of unit length.
+    nodes : (m,) int
+        The nodes at the ends of the edges.
+    slope : (m,) complex
+        Derivative of the logarithm of rotation and stretch by u_x + i u_y of the nodes [1/mm].
+    """
+
+    rotation: complex
+    nodes: Ints
+    slope: npt.NDArray[np.complex128]
+
+    @property
+    def angle_slope(self) -> Floats:
+        """Derivative of the angle by the displacement of the nodes [1/mm], (m, 2)."""
+        return np.column_stack([self.slope.imag, self.slope.real])
+
+    @property
+    def stretch_slope(self) -> Floats:
+        """Derivative of the logarithm of the stretch [1/mm], (m, 2)."""
+        return np.column_stack([self.slope.real, -self.slope.imag])
+
+
+def face_pairs(grid: Grid, crack: str, turning: Turning | None = None) -> FacePairs:
     """Pair the nodes on the two faces of a crack.
 
     Parameters
     ----------
     grid : Grid
     crack : str
-    shape : (n, 2) float, optional
-        Displacement of the nodes [mm]; normals then turn with the crack as a whole. That they bend
-        within it is left out, as is sliding by more than an element; default: as at rest.
+    turning : Turning, optional
+        With which the normals turn, at finite deformation. That they bend within the crack is left
+        out, as is sliding by more than an element; default: as at rest.
     """
-    faces = grid.crack_faces[crack]
-    left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
-    # The right face runs the other way: its ends change places.
-    right[:, [0, 1]] = right[:, [1, 0]]
+    left, right = _edges(grid, crack)
     along = grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]
-    if shape is not None:
-        turn = _turn(along, [shape[face[:, 1]] - shape[face[:, 0]] for face in (left, right)])
-        along = np.column_stack(
-            [
-                turn.real * along[:, 0] - turn.imag * along[:, 1],
-                turn.imag * along[:, 0] + turn.real * along[:, 1],
-            ]
-        )
-    turned = np.column_stack([-along[:, 1], along[:, 0]])
+    across = np.column_stack([-along[:, 1], along[:, 0]])
     nodes = np.stack([left, right], axis=2).reshape(-1, 2)
     pairs, number = np.unique(nodes, axis=0, return_inverse=True)
     normal = np.zeros((len(pairs), 2))
-    np.add.at(normal, number.ravel(), np.repeat(turned, left.shape[1], axis=0))
+    np.add.at(normal, number.ravel(), np.repeat(across, left.shape[1], axis=0))
     normal /= np.hypot(*normal.T)[:, None]
+    if turning is not None:
+        turned = turning.rotation * (normal[:, 0] + 1j * normal[:, 1])
+        normal = np.column_stack([turned.real, turned.imag])
     doubled = pairs[:, 0] != pairs[:, 1]
     return FacePairs(pairs[doubled, 0], pairs[doubled, 1], normal[doubled])
 
 
-def _turn(along: Floats, changes: list[Floats]) -> complex:
-    """Return the rotation that fits the edges of both faces best, as a unit complex number.
+def turning_of(grid: Grid, crack: str, shape: Floats) -> Turning:
+    """Find how a crack has turned.
 
     Parameters
     ----------
-    along : (m, 2) float
-        Edges at rest.
-    changes : list of (m, 2) float
-        What displacement adds to them, on each face.
+    grid : Grid
+    crack : str
+    shape : (n, 2) float
+        Displacement of the nodes [mm].
+
+    Notes
+    -----
+    With the edges of both faces as complex numbers, r at rest and m as they are, the rotation that
+    makes sum |m - s r|^2 least is that of s, in proportion to sum conj(r) m.
     """
+    sides = _edges(grid, crack)
+    at = shape[:, 0] + 1j * shape[:, 1]
+    start, end = sides[0][:, 0], sides[0][:, 1]
+    along = grid.nodes[end] - grid.nodes[start]
     rest = along[:, 0] + 1j * along[:, 1]
-    moved = sum(rest + change[:, 0] + 1j * change[:, 1] for change in changes)
-    fit = complex(np.sum(np.conj(rest) * moved))
-    return fit / abs(fit) if abs(fit) > 0.0 else 1.0 + 0.0j
+    fit = sum(complex(np.sum(np.conj(rest) * (rest + at[s[:, 1]] - at[s[:, 0]]))) for s in sides)
+    ends = np.concatenate([part for s in sides for part in (s[:, 1], s[:, 0])])
+    parts = np.concatenate([np.conj(rest), -np.conj(rest)] * 2) / fit
+    nodes, number = np.unique(ends, return_inverse=True)
+    slope = np.zeros(len(nodes), complex)
+    np.add.at(slope, number, parts)
+    return Turning(fit / abs(fit), nodes, slope)
 
 
-def smallest_openings(
-    grid: Grid, displacement: Floats, shape: Floats | None = None
-) -> dict[str, float]:
+def _edges(grid: Grid, crack: str) -> tuple[Ints, Ints]:
+    """Nodes of the edges on the left and on the right face, in the same order."""
+    faces = grid.crack_faces[crack]
+    left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
+    # The right face runs the other way: its ends change places.
+    right[:, [0, 1]] = right[:, [1, 0]]
+    return left, right
+
+
+def smallest_openings(grid: Grid, displacement: Floats, finite: bool = False) -> dict[str, float]:
     """Find the smallest opening of the faces of each crack.
 
     Parameters
@@ -98,15 +140,17 @@ def smallest_openings(
     grid : Grid
     displacement : (n, 2) float
         Of the nodes [mm].
-    shape : (n, 2) float, optional
-        As in `face_pairs`.
+    finite : bool
+        Whether the normals turn with the crack.
 
     Returns
     -------
     dict of str to float
         By crack [mm]: zero where the faces do not overlap, as at a tip; negative where they do.
     """
-    return {
-        crack: float(face_pairs(grid, crack, shape).opening(displacement).min(initial=0.0))
-        for crack in grid.crack_faces
-    }
+    smallest = {}
+    for crack in grid.crack_faces:
+        turning = turning_of(grid, crack, displacement) if finite else None
+        pairs = face_pairs(grid, crack, turning)
+        smallest[crack] = float(pairs.opening(displacement).min(initial=0.0))
+    return smallest
