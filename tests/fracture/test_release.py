@@ -437,3 +437,28 @@ def test_an_ending_says_which_crack_has_cut_off_what():
     x, y = map(float, found.groups())
     assert 0 < x < 60
     assert 20 < y < 60
+
+
+def test_tips_in_a_part_that_carries_nothing_stop():
+    """A body that comes apart between its grips: what is left at the tips is round-off."""
+    scene = {
+        "name": "apart",
+        "geometry": {
+            "outline": [[0, 0], [60, 0], [60, 60], [0, 60]],
+            "cracks": [
+                {"name": "lower", "points": [[0, 20], [25, 20]]},
+                {"name": "upper", "points": [[60, 40], [50, 40]]},
+            ],
+        },
+        "material": {"E": 210e3, "nu": 0.3, "g_c": 2.5},
+        "loads": [
+            {"edge": "edge_3", "displacement": {"x": 0, "y": 0.02}},
+            {"edge": "edge_1", "displacement": {"x": 0, "y": 0}},
+        ],
+        "mesh": {"element": "T3", "size": 4},
+        "growth": {"control": "crack", "increments": 2000, "tips": "largest"},
+    }
+    history = cfmpm.run(scene_from_dict(scene)).history
+    assert history.attrs["ending"] == "stopped: at no load does a tip meet the criterion"
+    assert statuses(history)[0] == "arrived_boundary"
+    assert history.load_factor.values.max() < 1e3
