@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -125,8 +126,13 @@ def read_document(path: Path) -> Document:
     return document
 
 
+# A workflow and its studies read the same few files hundreds of times.
+@lru_cache(maxsize=64)
 def parse_yaml(text: str, file: str) -> Document:
-    """Read YAML 1.2; syntax errors and repeated keys become a SceneError."""
+    """Read YAML 1.2; syntax errors and repeated keys become a SceneError.
+
+    What it returns is shared with later calls for the same text and never changed.
+    """
     yaml = YAML(typ="safe", pure=True)
     try:
         node = yaml.compose(text)
