@@ -145,7 +145,6 @@ def test_two_cracks_pass_the_near_holes_and_end_in_the_far_ones():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="at a near-miss of a hole the direction is decided by round-off")
 def test_path_of_the_two_cracks_depends_on_sideways_support_but_not_on_modulus():
     rollers = [
         {"edge": "bottom", "displacement": {"y": -1}},
@@ -154,9 +153,12 @@ def test_path_of_the_two_cracks_depends_on_sideways_support_but_not_on_modulus()
     grid = {**UNIFORM, "size": 0.3}
     soft = grow("plate_two_holes", loads=rollers, mesh=grid, **HOOP)
     stiff = grow("plate_two_holes", loads=rollers, mesh=grid, material__E=98e3, **HOOP)
-    # Round-off grows from segment to segment, most where a path is about to meet a hole.
-    np.testing.assert_allclose(soft.tip_x, stiff.tip_x, atol=1e-3)
-    np.testing.assert_allclose(soft.tip_y, stiff.tip_y, atol=1e-3)
+    # Round-off grows from segment to segment, most in the last element before a path meets a hole.
+    free = soft.clearance.values.min(axis=1) > grid["size"]
+    assert free.sum() > 10
+    for x in ("tip_x", "tip_y"):
+        np.testing.assert_allclose(soft[x][free], stiff[x][free], atol=1e-4)
+        np.testing.assert_allclose(soft[x], stiff[x], atol=0.05 * grid["size"])
     for tip in ("left_crack", "right_crack"):
         assert arrival(soft, tip) == "arrived_hole"
     end = places(soft.sel(tip=["left_crack"]))[-1]
