@@ -189,7 +189,8 @@ def test_beam_with_three_holes():
     path = places(second)
     assert angles(path)[0] - 90.0 == pytest.approx(-12.6, abs=0.4)
     assert arrival(second, "crack_1") == "arrived_hole"
-    assert path[-1] / INCH == pytest.approx([5.78, 4.64], abs=0.06)
+    # The last point of the finer of two references (remeshing); 3 mm elements end 0.03 in from it.
+    assert path[-1] / INCH == pytest.approx([5.79, 4.66], abs=0.05)
 
 
 @pytest.mark.slow
