@@ -174,7 +174,7 @@ class Case(_Settings):
     replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
     grid: SliverGrid | None = Field(None, description="in place of one by gmsh")
     ends: Literal["solved", "unstable", "failed", "refused"] = "solved"
-    compared: Literal["J", "load_reached"] = "J"
+    compared: Literal["J", "load_reached", "elongation"] = "J"
     exact: float | None = Field(None, description="known value of what is compared")
     as_case: str | None = Field(None, description="a case above: group/name")
     times: float = Field(1.0, description="factor on the value of that case")

@@ -133,15 +133,20 @@ def _nothing(status: str, message: str) -> xr.Dataset:
 
 def _compared(case: Case, row: xr.Dataset, rows: Mapping[str, xr.Dataset]) -> tuple[float, float]:
     """The value that is known, and the error relative to it; nan where nothing is."""
-    found = float(row[case.compared])
+    found = _last(row[case.compared])
     known = case.exact
     if case.as_case is not None:
-        known = case.times * float(rows[case.as_case][case.compared])
+        known = case.times * _last(rows[case.as_case][case.compared])
     if known is None:
         return np.nan, np.nan
     if case.vanishes:
         return 0.0, abs(found / known)
     return known, abs(found / known - 1.0)
+
+
+def _last(values: xr.DataArray) -> float:
+    """The value of a row, or that at its last step."""
+    return float(np.ravel(values)[-1])
 
 
 def _held(dataset: xr.Dataset) -> xr.DataArray:
