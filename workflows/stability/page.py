@@ -33,7 +33,7 @@ PATHS: Mapping[str, Mapping[str, str]] = {
     },
     "Reversal": {
         "reversal/there_and_back": "Ciarlet's, 10 %",
-        "reversal/plastic": "plastic, 1 %",
+        "reversal/plastic_many": "plastic, 1 %",
     },
 }
 
