@@ -25,6 +25,9 @@ PLASTIC_WORK = 5
 # Part of the energy that finite deformation would change, above which `auto` takes it. A tenth of
 # that would send steel at half its yield stress (strain 1e-3) there, and take away its K.
 NEGLIGIBLE = 1e-2
+# Energy, relative to modulus times displacement squared, that is only the round-off of a body whose
+# parts move as a whole.
+ROUND_OFF = 1e-24
 
 
 def load_levels(scene: Scene) -> list[float]:
@@ -165,7 +168,8 @@ def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: fl
     """
     grid, points, loading = body.grid, body.integration, body.loading
     energy = np.sum(points.energy * points.volume)
-    if not energy > 0.0 or level == 0.0:
+    stiffest = lame_constants(body.scene, grid.region_names).max()
+    if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max() or level == 0.0:
         return 0.0
     factor = level
     while True:

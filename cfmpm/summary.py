@@ -87,7 +87,7 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
     """How finite deformation got to its load, and where it ended."""
     steps = float(last["substeps"])
     if not steps > 0.0:
-        effect = abs(float(last["finite_effect"]))
+        effect = float(abs(whole["finite_effect"]).max())
         said = f"finite deformation, left out, would change the energy by about {effect:.1e}"
         return [("strain", f"small; {said}")] if np.isfinite(effect) else []
     return [
@@ -265,8 +265,8 @@ def _apart(tips: xr.Dataset) -> NDArray[np.float64]:
 
 def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     """How the growth went as a whole."""
-    factor = whole["load_factor"].values
-    factor = factor[np.isfinite(factor)]
+    steps = np.flatnonzero(np.isfinite(whole["load_factor"].values))
+    factor = whole["load_factor"].values[steps]
     facts = [
         ("ended", whole.attrs["ending"]),
         ("increments", f"{whole.sizes['step'] - 1}"),
@@ -274,8 +274,12 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     if "cycles" in whole:
         facts.append(("cycles", f"{float(whole['cycles'][-1]):.6g}"))
     if np.ptp(factor) > 0.0:
+        highest = int(whole["step"][steps[factor.argmax()]])
         facts += [
-            ("load factor", f"{factor[0]:.6g} at first growth, {factor.max():.6g} at most"),
+            (
+                "load factor",
+                f"{factor[0]:.6g} at first growth, {factor.max():.6g} at most, in step {highest}",
+            ),
             (
                 "balance",
                 f"work less strain energy less g_c times new length is at most "
