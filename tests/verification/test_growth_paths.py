@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import cfmpm
+from cfmpm.fracture.criteria import max_hoop_angle
 from cfmpm.results import TIP_STATUS
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -32,6 +33,10 @@ def angles(path):
 
 def heights(path, x):
     return np.interp(x, path[:, 0], path[:, 1], right=np.nan)
+
+
+def each(rings):
+    return (rings.isel(radius=i) for i in range(rings.sizes["radius"]))
 
 
 def arrival(history, tip):
@@ -119,6 +124,31 @@ def test_shear_plate_converges_to_the_path_of_small_increments():
     assert missed["T6", 1.95] < 0.6 * missed["T6", 4.0]
     assert missed["T3", 1.38] < 0.15
     assert missed["T3", 1.38] < 0.6 * missed["T3", 2.76]
+
+
+def test_the_default_direction_depends_on_no_domain_and_converges():
+    """Paper 5.3, kink of -14.68 deg: K gives it on every ring; the CF turns with the radius.
+
+    Its part along the normal holds what the faces let in, which grows with the root of the radius
+    (design study): on grids on which the domain is as many elements wide it does not converge.
+    """
+    rings = cfmpm.run(
+        cfmpm.load_scene(CONFIGS / "paper/shear_plate.yaml", {"fracture.radii": [3, 6, 12, 24]})
+    ).history.isel(step=0, tip=0)
+    hoop = [max_hoop_angle(float(k.K_I_radius), float(k.K_II_radius)) for k in each(rings)]
+    cf = rings.cf_angle_radius.values
+    assert np.ptp(hoop) < 0.05
+    assert hoop[0] == pytest.approx(-14.68, abs=0.1)
+    assert np.ptp(cf) > 10 * np.ptp(hoop)
+    assert (np.diff(np.abs(cf + 14.68)) > 0).all()
+    kinks = {}
+    for direction in ("max_hoop", "cf"):
+        for size in (4.0, 1.95):
+            once = {"growth__direction": direction, "growth__increments": 1}
+            history = grow("shear_plate_growth", mesh={**UNIFORM, "size": size}, **once)
+            kinks[direction, size] = abs(angles(places(history))[0] + 14.68)
+    assert kinks["max_hoop", 1.95] < 0.6 * kinks["max_hoop", 4.0]
+    assert kinks["cf", 1.95] > 0.9 * kinks["cf", 4.0]
 
 
 @pytest.mark.parametrize(("order", "allowed"), [(1, 0.3), (2, 0.15)])
