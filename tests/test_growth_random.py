@@ -18,7 +18,7 @@ from cfmpm.body import Body
 from cfmpm.errors import MeshError, SceneError
 from cfmpm.record import Record
 from cfmpm.results import TIP_STATUS
-from cfmpm.scene import Scene, scene_from_dict
+from cfmpm.scene import Scene, effective_config, scene_from_dict
 from cfmpm.simulation import State
 
 # The last one is left to the paper's transfer, which empties triangles.
@@ -235,3 +235,34 @@ def test_cracks_of_random_scenes_grow_to_a_stated_end(scene: Scene) -> None:
         check_history(cfmpm.run(scene, observe=Watch()).history)
     except MeshError:  # a point load nearer to the arc of a region than a coarse chord is
         reject()
+
+
+@pytest.mark.slow
+@settings(
+    max_examples=80,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+    phases=[Phase.explicit, Phase.reuse, Phase.generate],
+)
+@given(
+    scenes(),
+    st.sampled_from(["hencky", "ciarlet", "neo_hookean"]),
+    st.sampled_from([-300.0, -30.0, -1.0, 1.0, 30.0, 300.0]),
+)
+def test_random_scenes_deform_through_stable_states_only(scene: Scene, law: str, factor: float):
+    """Up to a tenth and more of strain, pulled and pressed: no overlap, no nan, a stated end."""
+    config = effective_config(scene)
+    del config["growth"], config["fracture"]
+    for material in (config["material"], *(r["material"] for r in config["geometry"]["regions"])):
+        del material["g_c"]
+        material["law"] = law
+    config |= {"kinematics": "finite", "load_steps": [0.5 * factor, factor]}
+    try:
+        history = cfmpm.run(scene_from_dict(config)).history
+    except MeshError:
+        reject()
+    assert history.attrs["ending"].startswith(("solved:", "unstable:"))
+    for name in ("J", "cf_x", "cf_y", "strain_energy", "external_work", "reaction_y"):
+        assert not history[name].isnull().any(), name
+    assert (history.min_opening >= -1e-8 * history.tip_size).all()
+    assert (history.residual_norm < 1e-6).all()
