@@ -235,7 +235,7 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
     SceneError
         Where a grid does not fit the scene.
     """
-    # A study given as --configfile has found its way into it; rules/study.smk reads it by itself.
+    # A study given as --configfile has found its way into it, and has been checked by itself.
     blocks = {key: value for key, value in config.items() if key not in Study.model_fields}
     settings = Settings.model_validate(blocks)
     paper = settings.section_5_1
