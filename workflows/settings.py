@@ -160,6 +160,16 @@ class NewtonCost(_Settings):
     meshes: list[Mesh] = Field(min_length=1)
 
 
+class StudyOverhead(_Settings):
+    """What a study costs besides its members."""
+
+    scene: str
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    lengths: int = Field(ge=2, description="how many crack lengths")
+    stiffnesses: int = Field(ge=2, description="how many Young's moduli")
+    workers: list[Annotated[int, Field(ge=1)]] = Field(min_length=1)
+
+
 class SliverGrid(_Settings):
     """The plate of the paper in squares, cut into thin triangles."""
 
@@ -217,6 +227,7 @@ class Settings(_Settings):
     work_precision: WorkPrecision
     scaling: Scaling
     newton_cost: NewtonCost
+    study_overhead: StudyOverhead
     stability: Stability
 
 

@@ -198,7 +198,7 @@ def test_last_values_and_counts(growing) -> None:
 def test_load_steps_without_growth_are_kept(tmp_path: Path) -> None:
     text = (
         "name: stepped\nbase: small.yaml\nreplace: {load_steps: 3, kinematics: finite}\n"
-        "zip: {traction: {key: family.traction, values: [80, 3000]}}\n"
+        "zip: {traction: {key: family.traction, values: [120, 3000]}}\n"
     )
     plan, _, dataset = solved(tmp_path, text)
     assert dict(dataset["J"].sizes) == {"sample": 2, "step": 3, "tip": 1}

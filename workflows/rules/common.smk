@@ -33,6 +33,7 @@ configfile: str(ROOT / "configs" / "workflow" / "large_strain.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "work_precision.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "newton_cost.yaml")
+configfile: str(ROOT / "configs" / "workflow" / "study_overhead.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "stability.yaml")
 
 
