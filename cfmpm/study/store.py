@@ -149,7 +149,7 @@ def write_part(outcomes: Iterable[Outcome], path: Path, losses: int = 0) -> None
         "members": members,
     }
     with written_aside(path) as aside, aside.open("wb") as file:
-        np.savez(file, allow_pickle=False, text=np.array(json.dumps(text)), **rows)
+        np.savez(file, allow_pickle=False, text=_coded(text), **rows)
 
 
 def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
@@ -171,7 +171,7 @@ def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
         wanted = [name for name in file.files if name != "text" and (keys is None or name in keys)]
         if not wanted:
             return []
-        text = json.loads(str(file["text"]))
+        text = json.loads(file["text"].tobytes())
         if text["format"] != FORMAT:
             return []
         return [_outcome(key, text, file[key]) for key in wanted]
@@ -197,7 +197,7 @@ def read_losses(path: Path) -> int:
     """
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            return int(json.loads(str(file["text"])).get("losses", 0))
+            return int(json.loads(file["text"].tobytes()).get("losses", 0))
     except (FileNotFoundError, *_DAMAGE):
         return 0
 
@@ -212,6 +212,11 @@ def _outcome(key: str, text: dict[str, Any], row: np.ndarray) -> Outcome:
         quantities[name] = (tuple(dims), values, attributes)
         begin = end
     return Outcome(key=key, quantities=quantities, **{name: member[name] for name in _PLAIN})
+
+
+def _coded(text: dict[str, Any]) -> np.ndarray:
+    """JSON as bytes: an array of characters would have four for each."""
+    return np.frombuffer(json.dumps(text).encode(), np.uint8)
 
 
 def _plain(attributes: dict[str, Any]) -> dict[str, Any]:
