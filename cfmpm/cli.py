@@ -405,7 +405,7 @@ def study(
     store = Store(folder / MEMBERS)
     with held(folder):
         remove_asides(folder, DATASET)
-        store.gather()
+        store.tidy()
         outcomes = store.read(keys)
         known = len(outcomes)
         try:

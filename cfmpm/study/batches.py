@@ -57,7 +57,7 @@ def write_batch(
     path = Path(path)
     plan = load_study(study_file, members)
     store = Store(path.parent, path.stem)
-    store.gather()
+    store.tidy()
     keys = {one.key for one in plan.members}
     outcomes = store.read(keys)
     run_members(plan.members, outcomes, store, workers)
@@ -67,10 +67,12 @@ def write_batch(
         if not last:
             raise SolveError(told)
         log.warning(told)
-    before = {one.key: one for part in (path, *store.parts()) for one in read_sound(part)}
+    parts = store.parts()
+    before = {one.key: one for part in (path, *parts) for one in read_sound(part)}
     losses = read_losses(path) + bool(lost)
     write_part((before | outcomes).values(), path, losses)
-    store.discard()
+    for part in parts:
+        part.unlink(missing_ok=True)
 
 
 def write_study(study_file: str | Path, parts: Iterable[str | Path], path: str | Path) -> None:

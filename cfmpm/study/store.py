@@ -79,19 +79,18 @@ class Store:
         self._due = time.monotonic() + INTERVAL
 
     def gather(self) -> None:
-        """Write what is not yet on disk, make one part of all, and remove what a kill has left."""
-        remove_asides(self._folder, f"{self._owner}.*")
+        """Write what is not yet on disk, and make one part of all."""
         self.flush()
+        self._gather()
+
+    def tidy(self) -> None:
+        """Take away what a kill has left half-made, and make one part of what it has left whole."""
+        remove_asides(self._folder, f"{self._owner}.*")
         self._gather()
 
     def parts(self) -> list[Path]:
         """The files of this owner."""
         return sorted(self._folder.glob(f"{self._owner}.*.npz"))
-
-    def discard(self) -> None:
-        """Take away all parts: what they hold is somewhere else."""
-        for path in self.parts():
-            path.unlink()
 
     def _gather(self) -> None:
         """Make one part of all that can be read; no file goes whose members are not in it."""
@@ -109,7 +108,7 @@ class Store:
         kept = {one.key for one in read_part(whole)}
         for path, keys in held.items():
             if keys <= kept:
-                path.unlink()
+                path.unlink(missing_ok=True)
 
     def _new(self) -> Path:
         return self._folder / f"{self._owner}.{secrets.token_hex(8)}.npz"
