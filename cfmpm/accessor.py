@@ -117,15 +117,22 @@ class History:
         """
         from cfmpm.scene import scene_from_dict
 
-        of_study = "base" in self._history.attrs
+        attributes = self._history.attrs
+        of_study = "base" in attributes
         name = "base" if of_study else "config"
         place = str(self._history.encoding.get("source", "history"))
         try:
-            config: dict[str, Any] = json.loads(self._history.attrs[name])
+            config: dict[str, Any] = json.loads(attributes[name])
         except ValueError:
             raise SceneError([Problem(f"its attribute {name} is damaged", file=place)]) from None
         values = self._parameters() if of_study else {}
-        return scene_from_dict(config, f"{place}: {name}", values)
+        folder = attributes.get("base_folder", ".")
+        scene = scene_from_dict(config, f"{place}: {name}", values, folder)
+        if of_study and scene.mesh_file is not None:
+            path = scene.mesh_file.path
+            if json.loads(attributes["mesh_files"]).get(path) != scene.mesh_file.sha256:
+                raise SceneError([Problem("is not what it was in the study", file=path)])
+        return scene
 
     def _parameters(self) -> dict[str, Any]:
         """What a member of a study has in place of the values of its base, by key."""

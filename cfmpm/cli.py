@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 WRONG_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+# Seconds between two lines that tell how far a study has come, where there is no terminal.
+LOGGED_EVERY = 10.0
 # So many take about ten seconds to make.
 MANY_TRIANGLES = 1e5
 
@@ -379,13 +382,14 @@ def study(
 ) -> None:
     """Solve a scene for many values of its keys; write one dataset, study.nc.
 
-    Nothing runs before the scene of every member has been checked. Members that fail are marked in
-    the dataset. What has been solved is kept in the folder members and not solved again, after a
-    kill, too: the same command goes on.
+    Nothing runs before the scene of every member has been checked. Members that fail, or become
+    unstable, are marked in the dataset. What has been solved is kept in the folder members and not
+    solved again, after a kill, too: the same command goes on.
 
     Example: cfmpm study configs/studies/crack_length.yaml
     """
-    from cfmpm.results import write_dataset
+    from cfmpm.folder import held
+    from cfmpm.results import remove_asides, write_dataset
     from cfmpm.study import summary
     from cfmpm.study.collecting import collect
     from cfmpm.study.reading import load_study
@@ -399,21 +403,27 @@ def study(
     folder = output or Path("results") / plan.study.name
     keys = {one.key for one in plan.members}
     store = Store(folder / MEMBERS)
-    outcomes = store.read(keys)
-    known = len(outcomes)
-    try:
-        with _counted(len(keys), known, visible=not quiet) as count, _terminated_as_interrupted():
-            run_members(plan.members, outcomes, store, workers or usable_cores(), count)
-    except KeyboardInterrupt:
-        typer.echo(
-            f"{len(outcomes)} of {len(keys)} members are kept; the same command goes on", err=True
-        )
-        raise
-    write_dataset(collect(plan, outcomes), folder / DATASET)
+    with held(folder):
+        remove_asides(folder, DATASET)
+        store.tidy()
+        outcomes = store.read(keys)
+        known = len(outcomes)
+        try:
+            with (
+                _log_shown(not quiet),
+                _counted(len(keys), known, visible=not quiet) as count,
+                _terminated_as_interrupted(),
+            ):
+                run_members(plan.members, outcomes, store, workers or usable_cores(), count)
+        except KeyboardInterrupt:
+            kept = f"{len(outcomes)} of {len(keys)} members are kept"
+            typer.echo(f"{kept}; the same command goes on", err=True)
+            raise
+        write_dataset(collect(plan, outcomes), folder / DATASET)
     if not quiet:
         typer.echo(summary.of_study(plan, outcomes, known, folder / DATASET))
-    if all(one.reason for one in outcomes.values()):
-        _fail(f"cfmpm: every member of {plan.study.name} failed", FAILED)
+    if not any(one.status == "done" for one in outcomes.values()):
+        _fail(f"cfmpm: no member of {plan.study.name} came to its end", FAILED)
 
 
 @app.command()
@@ -508,18 +518,27 @@ def _progress(scene: Scene, *, visible: bool) -> Iterator[tuple[Announce, Observ
 def _counted(total: int, known: int, *, visible: bool) -> Iterator[Callable[[Outcome], None]]:
     """A function that counts members as they come; on a terminal as a bar, else in the log."""
     if not (visible and sys.stderr.isatty()):
-        yield lambda outcome: log.info("member %s: %s", outcome.key, outcome.reason or "done")
+        found, due = known, time.monotonic() + LOGGED_EVERY
+
+        def tell(outcome: Outcome) -> None:
+            nonlocal found, due
+            found += 1
+            if time.monotonic() >= due:
+                due = time.monotonic() + LOGGED_EVERY
+                log.info("%d of %d members", found, total)
+
+        yield tell
         return
     from tqdm import tqdm
 
-    failed = 0
+    not_done = 0
     with tqdm(total=total, initial=known, leave=False, unit="member") as bar:
 
         def count(outcome: Outcome) -> None:
-            nonlocal failed
-            failed += bool(outcome.reason)
-            if failed:
-                bar.set_postfix_str(f"{failed} failed", refresh=False)
+            nonlocal not_done
+            not_done += outcome.status != "done"
+            if not_done:
+                bar.set_postfix_str(f"{not_done} failed or unstable", refresh=False)
             bar.update()
 
         yield count

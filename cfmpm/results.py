@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import secrets
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +21,7 @@ import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
 from cfmpm.fracture.stability import STABILITY
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
+from cfmpm.versions import versions
 
 TIP_STATUS = (
     "growing",
@@ -301,19 +299,13 @@ def origin(title: str, summary: str, command: str) -> dict[str, Any]:
         "Conventions": "CF-1.11, ACDD-1.3",
         "title": title,
         "summary": summary,
-        "source": f"cfmpm {_versions()['cfmpm']}",
+        "source": f"cfmpm {versions()['cfmpm']}",
         "references": "Zhou et al., Theor. Appl. Fract. Mech. 117 (2022) 103186",
         "keywords": "fracture mechanics, material point method, configurational force",
         "history": f"{stamp} cfmpm {command}",
         "date_created": stamp,
-        "versions": json.dumps(_versions()),
+        "versions": json.dumps(versions()),
     }
-
-
-@cache
-def _versions() -> dict[str, str]:
-    packages = ("cfmpm", "numpy", "scipy", "numba", "gmsh", "pyamg", "xarray", "netCDF4")
-    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> None:
@@ -362,3 +354,16 @@ def written_aside(path: Path) -> Iterator[Path]:
         aside.replace(path)
     finally:
         aside.unlink(missing_ok=True)
+
+
+def remove_asides(folder: Path, name: str) -> None:
+    """Take away what processes that were killed had begun to write aside.
+
+    Parameters
+    ----------
+    folder : Path
+    name : str
+        What the files were to be called; a pattern.
+    """
+    for path in Path(folder).glob(f".{name}.{'[0-9a-f]' * 8}.part"):
+        path.unlink(missing_ok=True)

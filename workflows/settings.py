@@ -160,6 +160,16 @@ class NewtonCost(_Settings):
     meshes: list[Mesh] = Field(min_length=1)
 
 
+class StudyOverhead(_Settings):
+    """What a study costs besides its members."""
+
+    scene: str
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    lengths: int = Field(ge=2, description="how many crack lengths")
+    stiffnesses: int = Field(ge=2, description="how many Young's moduli")
+    workers: list[Annotated[int, Field(ge=1)]] = Field(min_length=1)
+
+
 class SliverGrid(_Settings):
     """The plate of the paper in squares, cut into thin triangles."""
 
@@ -217,6 +227,7 @@ class Settings(_Settings):
     work_precision: WorkPrecision
     scaling: Scaling
     newton_cost: NewtonCost
+    study_overhead: StudyOverhead
     stability: Stability
 
 
@@ -235,7 +246,7 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
     SceneError
         Where a grid does not fit the scene.
     """
-    # A study given as --configfile has found its way into it; rules/study.smk reads it by itself.
+    # A study given as --configfile has found its way into it, and has been checked by itself.
     blocks = {key: value for key, value in config.items() if key not in Study.model_fields}
     settings = Settings.model_validate(blocks)
     paper = settings.section_5_1

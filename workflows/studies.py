@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from cfmpm.errors import SceneError
+from cfmpm.errors import Problem, SceneError
 from cfmpm.scene.document import read_document
 from cfmpm.study.batches import batches
+from cfmpm.study.model import Study
 from cfmpm.study.reading import Plan, load_study
+from cfmpm.study.store import read_losses
 
+# How often a batch is tried again after a failure.
+RETRIES = 2
 DATASET = "results/{study}/study.nc"
 BATCH = "results/{study}/members/batch_{batch}.npz"
 
@@ -24,18 +28,18 @@ class Studies:
     ----------
     shipped : Path
         Folder of study files, each of which has the name of its study.
-    given : iterable of Path
-        Config files of the call, in which those that are studies are looked for.
+    given : mapping of str to Path
+        Study files that were given with the call, by the names of their studies.
     whole : bool
         Whether all members are checked even where only some are asked for: not in the processes
         that run one job each.
     """
 
-    def __init__(self, shipped: Path, given: Iterable[Path], *, whole: bool) -> None:
+    def __init__(self, shipped: Path, given: Mapping[str, Path], *, whole: bool) -> None:
         self._shipped = shipped
         self._whole = whole
         self._plans: dict[str, Plan] = {}
-        self._given = {_name(path): path for path in given if _is_study(path)}
+        self._given = given
 
     def shipped(self) -> list[str]:
         """The datasets of all studies in the folder."""
@@ -69,6 +73,10 @@ class Studies:
             return [one.key for one in self._plan(wildcards).members[only.start : only.stop]]
         return [one.key for one in load_study(self.file(wildcards), only).members]
 
+    def losses(self, wildcards: Any) -> int:
+        """How many jobs have lost members of a batch to the machine: one more, and it is due."""
+        return read_losses(Path(BATCH.format(study=wildcards.study, batch=wildcards.batch)))
+
     def definition(self, wildcards: Any) -> dict[str, Any]:
         """All that the dataset of a study depends on."""
         plan = self._plan(wildcards)
@@ -91,14 +99,34 @@ def more_memory(wildcards: Any, attempt: int) -> int:
     return 2000 * attempt
 
 
+def is_last_attempt(wildcards: Any, attempt: int) -> int:
+    """Whether a batch that fails now is not tried again in this call."""
+    return int(attempt > RETRIES)
+
+
+def given_studies(config_files: Iterable[str | Path]) -> dict[str, Path]:
+    """Those of the config files of a call that are studies, by their names, each checked.
+
+    Raises
+    ------
+    SceneError
+        Where one breaks a rule, or has the name of another.
+    """
+    found: dict[str, Path] = {}
+    for path in map(Path, config_files):
+        if not _is_study(path):
+            continue
+        name = load_study(path, range(0)).study.name
+        if name in found:
+            raise SceneError([Problem(f"is the name of {found[name]} too", "name", str(path))])
+        found[name] = path
+    return found
+
+
 def _is_study(path: Path) -> bool:
     """Whether a config file is a study rather than a part of the workflow's configuration."""
     try:
         data = read_document(path).data
     except SceneError:
         return False
-    return isinstance(data, dict) and "base" in data
-
-
-def _name(path: Path) -> str:
-    return str(load_study(path, range(0)).study.name)
+    return isinstance(data, dict) and not data.keys().isdisjoint(Study.model_fields)

@@ -43,24 +43,28 @@ def scene_from_dict(
     data: Mapping[str, Any],
     source: str = "<dict>",
     overrides: Mapping[str, Any] | None = None,
+    folder: str | os.PathLike[str] = ".",
 ) -> Scene:
     """Check a scene given as nested dictionaries and lists.
 
     Parameters
     ----------
     data
-        What a scene file would hold; the path of a mesh file is relative to the working directory.
+        What a scene file would hold.
     source
         What to call the data in problems.
     overrides
         As for :func:`load_scene`.
+    folder
+        Where the relative path of a mesh file starts; default: the working directory.
 
     Raises
     ------
     SceneError
         With every problem found, each with its key.
     """
-    return scene_from_document(Document(data, Place(source)).overridden(overrides or {}), Path())
+    document = Document(data, Place(source)).overridden(overrides or {})
+    return scene_from_document(document, Path(folder))
 
 
 def placed(

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable
 from pathlib import Path
 
 from cfmpm.errors import SolveError
-from cfmpm.results import write_dataset
+from cfmpm.folder import held
+from cfmpm.results import remove_asides, write_dataset
 from cfmpm.study import expansion
 from cfmpm.study.collecting import collect
 from cfmpm.study.member import Outcome
 from cfmpm.study.reading import Plan, load_study
 from cfmpm.study.running import run_members
-from cfmpm.study.store import Store, read_part, write_part
+from cfmpm.study.store import Store, read_losses, read_part, read_sound, write_part
+
+log = logging.getLogger(__name__)
 
 
 def batches(plan: Plan) -> list[range]:
@@ -26,7 +30,9 @@ def batches(plan: Plan) -> list[range]:
     return [range(first, min(first + size, count)) for first in range(0, count, size)]
 
 
-def write_batch(study_file: str | Path, members: range, workers: int, path: str | Path) -> None:
+def write_batch(
+    study_file: str | Path, members: range, workers: int, path: str | Path, *, last: bool
+) -> None:
     """Solve the members of one batch that are not known, and write all of them.
 
     Parameters
@@ -39,24 +45,34 @@ def write_batch(study_file: str | Path, members: range, workers: int, path: str 
     path : Path
         An .npz file. Other members in the same folder are known; those that were in the file before
         stay in it, so that a study that goes back to earlier values finds them.
+    last : bool
+        Whether members that failed for a reason that lies in the machine are written too, marked so
+        and to be solved by a later call, rather than tried once more.
 
     Raises
     ------
     SolveError
-        Where members failed for a reason that lies in the machine; the others are kept.
+        Where there are such members and it is not the last attempt; the others are kept.
     """
     path = Path(path)
     plan = load_study(study_file, members)
-    store = Store(path.parent)
+    store = Store(path.parent, path.stem)
+    store.tidy()
     keys = {one.key for one in plan.members}
     outcomes = store.read(keys)
     run_members(plan.members, outcomes, store, workers)
     lost = [one for one in outcomes.values() if not one.lasting]
     if lost:
-        raise SolveError(f"{len(lost)} of {len(keys)} members failed, the first: {lost[0].reason}")
-    before = read_part(path) if path.exists() else []
-    write_part([*outcomes.values(), *(one for one in before if one.key not in keys)], path)
-    store.discard()
+        told = f"{len(lost)} of {len(keys)} members failed, the first: {lost[0].reason}"
+        if not last:
+            raise SolveError(told)
+        log.warning(told)
+    parts = store.parts()
+    before = {one.key: one for part in (path, *parts) for one in read_sound(part)}
+    losses = read_losses(path) + bool(lost)
+    write_part((before | outcomes).values(), path, losses)
+    for part in parts:
+        part.unlink(missing_ok=True)
 
 
 def write_study(study_file: str | Path, parts: Iterable[str | Path], path: str | Path) -> None:
@@ -69,10 +85,26 @@ def write_study(study_file: str | Path, parts: Iterable[str | Path], path: str |
         From `write_batch`.
     path : Path
         A netCDF file.
+
+    Raises
+    ------
+    SceneError
+        Where `cfmpm study` is running in the same folder.
+    SolveError
+        Where a batch has been solved by another version of cfmpm or of what it uses.
     """
+    path = Path(path)
     plan = load_study(study_file)
     keys = {one.key for one in plan.members}
     outcomes: dict[str, Outcome] = {}
     for part in parts:
         outcomes |= {one.key: one for one in read_part(Path(part), keys)}
-    write_dataset(collect(plan, outcomes), Path(path))
+    missing = len(keys) - len(outcomes)
+    if missing:
+        raise SolveError(
+            f"{missing} of {len(keys)} members are in no batch: were these solved where other "
+            "versions are installed?"
+        )
+    with held(path.parent):
+        remove_asides(path.parent, path.name)
+        write_dataset(collect(plan, outcomes), path)

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from cfmpm.results import TIP_STATUS, VARIABLES, origin
 from cfmpm.study import layout
+from cfmpm.study.fracture_load import fracture_load_factor
 from cfmpm.study.member import Outcome
-from cfmpm.study.reading import Plan, program_hash
+from cfmpm.study.reading import Member, Plan, program_hash
 
 Values = NDArray[Any]
 # Steps at which a tip or the body has not been evaluated: those of the last position only.
@@ -33,8 +34,9 @@ def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
     -------
     xarray.Dataset
         The quantities of `results.VARIABLES` over the parameters, tips, radii and boundaries, and
-        where any crack grows over the steps, filled up with nan; then with the last value of each
-        as ``final_<name>`` besides. Failed members have nan, or the steps before they failed.
+        where cracks grow or any member has several steps over these, filled up with nan; then with
+        the last value of each as ``final_<name>`` besides. Failed members have nan, or the steps
+        before they failed.
     """
     found = [outcomes.get(member.key) for member in plan.members]
     growing = any(member.scene.growth is not None for member in plan.members)
@@ -43,21 +45,16 @@ def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
         for name in ("tip", "boundary")
     }
     data = _stacked(found, labels)
-    if not growing:
-        data = data.isel(step=0, drop=True) if data.sizes.get("step") else data
+    if data.sizes.get("step") == 1 and not growing:
+        data = data.isel(step=0, drop=True)
     radii = {tuple(one.labels["radius"]) for one in found if one is not None and one.labels}
     if len(radii) == 1:
         data = data.assign_coords(
             radius=("radius", list(*radii), {"units": "mm", "long_name": "domain radius"})
         )
     data = data.assign(_of_members(plan, found))
-    if growing:
+    if "step" in data.dims:
         data = data.assign(_from_steps(data))
-    start = data.isel(step=0) if growing and "step" in data.dims else data
-    if "critical_load_factor" in start:
-        _, units, long_name = layout.AT_START["fracture_load_factor"]
-        least = start["critical_load_factor"].min("tip")
-        data["fracture_load_factor"] = least.assign_attrs(units=units, long_name=long_name)
     return _unfolded(plan, data).assign_attrs(_attributes(plan))
 
 
@@ -134,6 +131,12 @@ def _of_members(plan: Plan, found: Sequence[Outcome | None]) -> dict[str, Any]:
         "reason": ["" if one is None else one.reason for one in found],
         **texts,
         "member_key": [member.key for member in plan.members],
+        "fracture_load_factor": np.array(
+            [
+                np.nan if one is None else _fracture_load_factor(member, one)
+                for member, one in zip(plan.members, found, strict=True)
+            ]
+        ),
         "run_time": np.array([np.nan if one is None else one.seconds for one in found]),
     }
     variables = {}
@@ -149,10 +152,13 @@ def _of_members(plan: Plan, found: Sequence[Outcome | None]) -> dict[str, Any]:
     return variables
 
 
+def _fracture_load_factor(member: Member, outcome: Outcome) -> float:
+    values = {name: one[1] for name, one in outcome.quantities.items()}
+    return fracture_load_factor(member.scene, values) if values else np.nan
+
+
 def _from_steps(data: xr.Dataset) -> dict[str, xr.DataArray]:
     """What the steps come to: last known values, lengths, counts."""
-    if "step" not in data.dims:  # every member failed before its first step
-        return {}
     found = {}
     for name in layout.LAST:
         one = data[name]
@@ -162,14 +168,14 @@ def _from_steps(data: xr.Dataset) -> dict[str, xr.DataArray]:
         attributes = dict(one.attrs)
         attributes["long_name"] = f"{attributes['long_name']}; last known value"
         found[f"final_{name}"] = one.isel(step=last).drop_vars("step").assign_attrs(attributes)
-    segments = data["tip_x"].diff("step") ** 2 + data["tip_y"].diff("step") ** 2
-    reached = data["tip_x"].max("tip").count("step")
+    segments = (data["tip_x"].diff("step") ** 2 + data["tip_y"].diff("step") ** 2) ** 0.5
+    solved = data["load_factor"].notnull().any("step")
     columns = {
-        "increments": (reached - 1).where(reached > 0),
+        "increments": (segments > 0.0).any("tip").sum("step").where(solved),
         "peak_load_factor": data["load_factor"].max("step"),
-        "path_length": (segments**0.5).sum("step").where(data["tip_x"].count("step") > 0),
+        "path_length": segments.sum("step").where(data["tip_x"].notnull().any("step")),
     }
-    for name, (_, units, long_name) in layout.FROM_STEPS.items():
+    for name, (units, long_name) in layout.FROM_STEPS.items():
         found[name] = columns[name].assign_attrs(units=units, long_name=long_name)
     return found
 
@@ -198,11 +204,16 @@ def _unfolded(plan: Plan, data: xr.Dataset) -> xr.Dataset:
 
 def _attributes(plan: Plan) -> dict[str, Any]:
     study = plan.study
+    files = [one.scene.mesh_file for one in plan.members]
+    hashes = {file.path: file.sha256 for file in files if file is not None}
+    # What it takes to read the scene of a member from elsewhere, and to see that it is the same.
+    meshes = {"base_folder": plan.folder, "mesh_files": json.dumps(hashes)} if hashes else {}
     return {
         **origin(study.name, study.description or f"Parameter study {study.name}", "study"),
         "comment": "study and base are JSON text; no number depends on the number of processes",
         "study": json.dumps(study.model_dump(mode="json", exclude_defaults=True)),
         "base": json.dumps(plan.base),
+        **meshes,
         "program": program_hash(),
     }
 

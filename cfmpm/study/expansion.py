@@ -73,6 +73,15 @@ def places(axes: tuple[Axis, ...], only: range | None = None) -> Iterator[tuple[
         yield tuple(int(i) for i in np.unravel_index(number, sizes))
 
 
+def size(parameter: Parameter) -> int:
+    """How many values a parameter takes."""
+    if parameter.values is not None:
+        return len(parameter.values)
+    spaced = parameter.linspace or parameter.geomspace
+    assert spaced is not None
+    return spaced[2]
+
+
 def values(parameter: Parameter) -> list[Any]:
     """The values that a parameter takes, plain numbers and text."""
     if isinstance(parameter.values, Mapping):
@@ -119,6 +128,13 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
     reserved : set of str
         Names that the dataset has for other things.
     """
+    members = math.prod(size(one) for one in study.product.values())
+    lengths = {name: size(one) for name, one in study.zip.items()}
+    cube = study.latin_hypercube
+    members *= max([cube.samples if cube else 1, *lengths.values()])
+    if members > MOST_MEMBERS:
+        yield "", f"would have {members} members; the limit is {MOST_MEMBERS}"
+        return
     names: set[str] = set()
     keys: dict[tuple[str | int, ...], str] = {}
     for section, name, parameter in study.parameters():
@@ -133,11 +149,17 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
             if key[: len(other)] == other or other[: len(key)] == key:
                 yield f"{place}.key", f"{parameter.key} is what {owner} sets, or a part of it"
         keys[key] = name
+        for replaced in study.replace:
+            if parse_key(replaced)[: len(key)] == key:
+                yield (
+                    f"{place}.key",
+                    f"sets {parameter.key}, and {replaced} of replace is lost",
+                )
+        if isinstance(parameter, Parameter):
+            yield from ((place, reason) for reason in _broken_values(parameter))
     for name, one in study.product.items():
-        listed = values(one)
-        if any(value in listed[:i] for i, value in enumerate(listed)):
+        if len({_hashable(value) for value in values(one)}) < size(one):
             yield f"product.{name}", "has a value twice"
-    lengths = {name: len(values(one)) for name, one in study.zip.items()}
     if len(set(lengths.values())) > 1:
         said = ", ".join(f"{name} {length}" for name, length in lengths.items())
         yield "zip", f"goes side by side, but the numbers of values differ: {said}"
@@ -145,11 +167,26 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
         for name, uncertain in study.latin_hypercube.parameters.items():
             for key_, reason in _broken_distribution(uncertain):
                 yield f"latin_hypercube.parameters.{name}.{key_}", reason
-    members = math.prod(len(values(one)) for one in study.product.values())
-    cube = study.latin_hypercube
-    members *= max([cube.samples if cube else 1, *lengths.values()])
-    if members > MOST_MEMBERS:
-        yield "", f"would have {members} members; the limit is {MOST_MEMBERS}"
+
+
+def _broken_values(parameter: Parameter) -> Iterator[str]:
+    """Numbers in quotes, which would make text of the numbers beside them."""
+    for value in values(parameter) if parameter.values is not None else ():
+        if isinstance(value, str) and _is_number(value):
+            yield f"{value!r} is text: write the number without quotes"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _hashable(value: Any) -> Any:
+    """What is equal for equal values, and for no others."""
+    return json.dumps(value, sort_keys=True) if isinstance(value, list | Mapping) else value
 
 
 def _broken_distribution(uncertain: Uncertain) -> Iterator[Finding]:
@@ -176,8 +213,14 @@ def _broken_distribution(uncertain: Uncertain) -> Iterator[Finding]:
         if name not in uncertain.arguments:
             wrong = True
             yield "arguments", f"{name} is missing: {uncertain.distribution} has no default for it"
-    if not wrong and not np.isfinite(_distribution(uncertain).ppf([0.1, 0.5, 0.9])).all():
-        yield "arguments", f"no distribution {uncertain.distribution} has these: scale must be > 0"
+    if wrong or np.isfinite(_distribution(uncertain).ppf([0.1, 0.5, 0.9])).all():
+        return
+    if uncertain.arguments.get("scale", 1.0) <= 0.0:
+        yield "arguments.scale", "must be greater than 0"
+    else:
+        given = ", ".join(f"{name}: {value:g}" for name, value in uncertain.arguments.items())
+        place = f"arguments.{shapes[0]}" if len(shapes) == 1 else "arguments"
+        yield place, f"no distribution {uncertain.distribution} has {given}"
 
 
 def _distribution(uncertain: Uncertain) -> Any:

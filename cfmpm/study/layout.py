@@ -10,28 +10,30 @@ from cfmpm.scene.document import parse_key
 from cfmpm.scene.model import Model
 from cfmpm.study.expansion import SAMPLE
 
-STATUS = ("done", "failed", "not_run")
+# `unstable`: solved up to a step from which no stable state goes on.
+STATUS = ("done", "failed", "not_run", "unstable")
 # Dimensions that members bring along.
 DIMENSIONS = ("step", "tip", "radius", "boundary")
 # Of every member, whatever its scene: units, long name. Text where no units are given.
 OF_MEMBERS: dict[str, tuple[str, str]] = {
     "status": ("1", "what became of the member"),
-    "reason": ("", "why the member failed"),
+    "reason": ("", "why the member is not done"),
     "ending": ("", "why the run of the member ended"),
     "warnings": ("", "what is doubtful about the member, JSON text"),
     "solver": ("", "linear solver of the member"),
     "member_key": ("", "hash of the member's effective configuration and of the program"),
     "run_time": ("s", "wall time of the member"),
+    "fracture_load_factor": (
+        "1",
+        "load factor at which the first tip reaches g_c: by G_kink, at finite deformation by J "
+        "between load steps",
+    ),
 }
-# Of stationary and of growing cracks.
-AT_START: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "fracture_load_factor": ((), "1", "load factor at which G_kink reaches g_c at the first tip"),
-}
-# Of growing cracks alone, from their steps.
-FROM_STEPS: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "increments": ((), "1", "number of increments of growth"),
-    "peak_load_factor": ((), "1", "largest load factor of all steps"),
-    "path_length": (("tip",), "mm", "length of the path that the tip has run"),
+# Of members with several steps, from these.
+FROM_STEPS: dict[str, tuple[str, str]] = {
+    "increments": ("1", "number of steps in which a tip has moved"),
+    "peak_load_factor": ("1", "largest load factor of all steps"),
+    "path_length": ("mm", "length of the path that the tip has run"),
 }
 # Variables of the history of which the last known value is given besides all steps.
 LAST = (
@@ -40,7 +42,7 @@ LAST = (
     *("strain_energy", "external_work", "fracture_energy"),
 )
 RESERVED = {
-    *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_FATIGUE, *OF_MEMBERS, *AT_START, *FROM_STEPS),
+    *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_FATIGUE, *OF_MEMBERS, *FROM_STEPS),
     *("load_factor", "stability"),
     *(f"final_{name}" for name in LAST),
     *(f"{name}_spread" for name in VARIABLES),

@@ -33,12 +33,15 @@ class Outcome:
     ----------
     key : str
         Of the member.
+    status : str
+        One of `layout.STATUS`.
     reason : str
-        Why it failed; empty where it did not.
+        Why it is not done; else empty.
     seconds : float
         Wall time [s].
     lasting : bool
-        False where the machine failed and not the scene: another time it may go well.
+        False where the machine or the program failed and not the scene: another time it may go
+        well.
     texts : mapping of str to str
         By the names of `TEXTS`.
     labels : mapping of str to list
@@ -48,17 +51,13 @@ class Outcome:
     """
 
     key: str
+    status: str = "done"
     reason: str = ""
     seconds: float = 0.0
     lasting: bool = True
     texts: Mapping[str, str] = field(default_factory=dict)
     labels: Mapping[str, list[Any]] = field(default_factory=dict)
     quantities: Mapping[str, Quantity] = field(default_factory=dict)
-
-    @property
-    def status(self) -> str:
-        """One of `layout.STATUS`."""
-        return "failed" if self.reason else "done"
 
 
 def solve(key: str, scene: Scene) -> Outcome:
@@ -78,21 +77,26 @@ def solve(key: str, scene: Scene) -> Outcome:
     def observe(state: State, record: Record) -> None:
         records[:] = [record]
 
-    reason, lasting = "", True
+    status, reason, lasting = "failed", "", True
     try:
         history = simulation.run(scene, observe=observe).history
     except (SceneError, MeshError, SolveError) as error:
         reason = str(error)
     except MemoryError:
         reason, lasting = "not enough memory; take a larger mesh.size, or solver: amg", False
-    except Exception as error:  # a member that shows up a fault of the program is no end to a study
-        reason = f"{type(error).__name__}: {error}"
-    if reason and not records:
-        return Outcome(key, reason, time.perf_counter() - begin, lasting)
-    if reason:
+    except Exception as error:  # no member that shows up a fault is the end of a study
+        reason, lasting = f"{type(error).__name__}: {error}", False
+    else:
+        ending = str(history.attrs["ending"])
+        unstable = ending.startswith((simulation.UNSTABLE, simulation.UNSOLVABLE))
+        status, reason = ("unstable", ending) if unstable else ("done", "")
+    if status == "failed":
+        if not records:
+            return Outcome(key, status, reason, time.perf_counter() - begin, lasting)
         history = records[0].history(f"failed: {reason}")
     return Outcome(
         key=key,
+        status=status,
         reason=reason,
         seconds=time.perf_counter() - begin,
         lasting=lasting,

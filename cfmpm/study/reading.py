@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +13,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-import cfmpm
 from cfmpm.errors import Problem, SceneError
 from cfmpm.scene import Scene, config_hash, scene_from_document
 from cfmpm.scene.document import Document, Key, Place, parse_key, read_document
@@ -21,6 +21,7 @@ from cfmpm.study import expansion
 from cfmpm.study.expansion import SAMPLE, Axis
 from cfmpm.study.layout import RESERVED
 from cfmpm.study.model import Study
+from cfmpm.versions import DECIDING, versions
 
 # How many problems of members are told: they tend to be the same.
 MOST_TOLD = 10
@@ -57,6 +58,8 @@ class Plan:
         As the user wrote it.
     base : mapping
         The scene file it starts from, as plain data.
+    folder : str
+        Where relative paths in it start; absolute.
     axes : tuple of Axis
     members : tuple of Member
         The last axis runs fastest; all of them, or those asked for.
@@ -64,6 +67,7 @@ class Plan:
 
     study: Study
     base: Mapping[str, Any]
+    folder: str
     axes: tuple[Axis, ...]
     members: tuple[Member, ...]
 
@@ -88,7 +92,8 @@ def load_study(path: str | os.PathLike[str], only: range | None = None) -> Plan:
     study = _study(document)
     base, folder = _base(document, study, path)
     axes = expansion.axes(study)
-    return Plan(study, base.data, axes, _members(study, document, base, folder, axes, only))
+    members = _members(study, document, base, folder, axes, only)
+    return Plan(study, base.data, os.path.abspath(folder), axes, members)
 
 
 def _study(document: Document) -> Study:
@@ -200,11 +205,12 @@ def _key(scene: Scene) -> str:
 
 @cache
 def program_hash() -> str:
-    """SHA-256 of the version and the sources of this package, of which pictures are no part."""
+    """SHA-256 of all that decides numbers: sources of this package, versions of others."""
     root = Path(__file__).parents[1]
-    digest = hashlib.sha256(cfmpm.__version__.encode())
+    installed = {name: versions().get(name) for name in ("cfmpm", *DECIDING)}
+    digest = hashlib.sha256(json.dumps(installed).encode())
     for path in sorted(root.glob("**/*.py")):
         name = path.relative_to(root)
-        if name.parts[0] not in ("plotting", "study", "cli.py"):
+        if name.parts[0] not in ("plotting", "study", "cli.py") or name.name == "member.py":
             digest.update(str(name).encode() + path.read_bytes())
     return digest.hexdigest()

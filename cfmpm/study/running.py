@@ -11,6 +11,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from multiprocessing.connection import Connection, wait
 
+from cfmpm.errors import SolveError
 from cfmpm.scene import Scene
 from cfmpm.study.member import Outcome, solve
 from cfmpm.study.reading import Member
@@ -44,6 +45,11 @@ def run_members(
         Processes, each on one thread. No number depends on how many there are.
     observe : callable, optional
         Called with each new outcome.
+
+    Raises
+    ------
+    SolveError
+        Where no process can be started.
     """
     jobs = {one.key: one.scene for one in members if one.key not in outcomes}
     try:
@@ -53,7 +59,8 @@ def run_members(
                 outcomes[outcome.key] = outcome
                 observe(outcome)
     finally:
-        store.gather()
+        store.flush()
+    store.gather()
 
 
 def usable_cores() -> int:
@@ -67,6 +74,7 @@ def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
     """Solve members, in the order in which they come to their ends."""
     tried: set[str] = set()
     crew: list[_Worker] = []
+    any_started = False
     # Compiling takes longer than most members: the first one does it for all.
     most = workers if workers == 1 or _compiled() else 1
     try:
@@ -77,15 +85,22 @@ def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
             for worker in [worker for worker in crew if worker.pipe in ready]:
                 job, outcome = worker.job, worker.outcome()
                 assert job is not None
+                any_started |= worker.started
                 if outcome is not None:
                     most = workers
                     worker.take(jobs.popleft() if jobs else None)
                     yield outcome
                     continue
-                # It has died. Each of its members has a second chance, in a new process.
+                if worker.alive:
+                    continue
+                if not (any_started or worker.was_killed()):
+                    raise SolveError(
+                        f"no process to solve members in can be started: {worker.cause_of_death()}"
+                    )
+                # Each member of a process that died has a second chance, in a new process.
                 crew.remove(worker)
                 if job[0] in tried:
-                    yield Outcome(job[0], worker.cause_of_death(), lasting=False)
+                    yield Outcome(job[0], "failed", worker.cause_of_death(), lasting=False)
                 else:
                     tried.add(job[0])
                     jobs.append(job)
@@ -111,6 +126,7 @@ class _Worker:
         with _one_thread():
             self.process.start()
         other.close()  # with the process its end is then closed for good, which is seen here
+        self.started, self.alive = False, True
         self.take(job)
 
     def take(self, job: Job | None) -> None:
@@ -121,19 +137,27 @@ class _Worker:
                 self.pipe.send(job)
 
     def outcome(self) -> Outcome | None:
-        """What the member has left; None if the process has died."""
+        """What the member has left; None if the process has only now started, or has died."""
         try:
-            found: Outcome = self.pipe.recv()
+            found: Outcome | None = self.pipe.recv()
         except (EOFError, OSError):
+            self.alive = False
             return None
+        self.started = True
         return found
+
+    def was_killed(self) -> bool:
+        """Whether the process, which has died, was killed, as it is by a system out of memory."""
+        self.process.join()
+        return self.process.exitcode == -signal.SIGKILL
 
     def cause_of_death(self) -> str:
         """Say how the process ended, once it has."""
-        self.process.join()
+        if self.was_killed():
+            return "its process was killed; not enough memory?"
         code = self.process.exitcode
         how = f"by signal {-code}" if code is not None and code < 0 else f"with status {code}"
-        return f"its process ended {how}; not enough memory?"
+        return f"its process ended {how}"
 
 
 def _serve(pipe: Connection) -> None:
@@ -147,7 +171,13 @@ def _serve(pipe: Connection) -> None:
         os._exit(1)
 
     threading.Thread(target=end_with, args=(parent.sentinel,), daemon=True).start()
+    # What cannot be imported is no fault of a member.
+    import gmsh  # noqa: F401
+
+    import cfmpm.simulation  # noqa: F401
+
     with suppress(EOFError, BrokenPipeError):  # the other side is gone
+        pipe.send(None)  # has started
         while True:
             pipe.send(solve(*pipe.recv()))
 

@@ -6,29 +6,35 @@ found in it by their keys, whichever study or run has put them there.
 
 from __future__ import annotations
 
-import hashlib
 import json
+import logging
 import math
+import secrets
 import time
 from collections.abc import Collection, Iterable, Set
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
-from cfmpm.results import written_aside
+from cfmpm.results import remove_asides, written_aside
 from cfmpm.study.member import Outcome
 
 # In the folder of a study.
 DATASET, MEMBERS = "study.nc", "members"
 # Seconds between two writes, as for the history of a run.
 INTERVAL = 5.0
-# As many parts of one run are made into one.
+# As many parts of one owner are made into one.
 MOST_PARTS = 50
 # Of the layout of a part; parts of another one are not read.
-FORMAT = 1
+FORMAT = 2
+# What reading shows of a file that is no part, or a damaged one.
+_DAMAGE = (BadZipFile, EOFError, ValueError, KeyError)
+# What of an outcome is written as it is.
+_PLAIN = ("status", "reason", "seconds", "lasting", "texts", "labels")
+
+log = logging.getLogger(__name__)
 
 
 class Store:
@@ -38,20 +44,22 @@ class Store:
     ----------
     folder : Path
         Of the members; it is made when the first part is written.
+    owner : str, optional
+        With which the names of its parts begin. At any time one process alone writes as this owner;
+        parts of others are read and never touched.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, owner: str = "part") -> None:
         self._folder = Path(folder)
+        self._owner = owner
         self._waiting: list[Outcome] = []
-        self._own: list[Path] = []
         self._due = time.monotonic() + INTERVAL
 
     def read(self, keys: Collection[str]) -> dict[str, Outcome]:
-        """The outcomes that are there of the members asked for."""
+        """The lasting outcomes that are there of the members asked for, whoever wrote them."""
         wanted, found = set(keys), dict[str, Outcome]()
         for path in sorted(self._folder.glob("*.npz")):
-            with suppress(FileNotFoundError):  # made into one with others meanwhile
-                found |= {one.key: one for one in read_part(path, wanted)}
+            found |= {one.key: one for one in read_sound(path, wanted) if one.lasting}
         return found
 
     def add(self, outcome: Outcome) -> None:
@@ -64,38 +72,49 @@ class Store:
     def flush(self) -> None:
         """Write what is not yet on disk."""
         if self._waiting:
-            self._own.append(self._write(self._waiting))
+            write_part(self._waiting, self._new())
             self._waiting = []
-        if len(self._own) >= MOST_PARTS:
-            self.gather()
+        if len(self.parts()) >= MOST_PARTS:
+            self._gather()
         self._due = time.monotonic() + INTERVAL
 
     def gather(self) -> None:
-        """Write what is not yet on disk, and make one part of all that this store has written."""
-        if self._waiting:
-            self._own.append(self._write(self._waiting))
-            self._waiting = []
-        if len(self._own) > 1:
-            whole = self._write(one for path in self._own for one in read_part(path))
-            for path in self._own:
+        """Write what is not yet on disk, and make one part of all."""
+        self.flush()
+        self._gather()
+
+    def tidy(self) -> None:
+        """Take away what a kill has left half-made, and make one part of what it has left whole."""
+        remove_asides(self._folder, f"{self._owner}.*")
+        self._gather()
+
+    def parts(self) -> list[Path]:
+        """The files of this owner."""
+        return sorted(self._folder.glob(f"{self._owner}.*.npz"))
+
+    def _gather(self) -> None:
+        """Make one part of all that can be read; no file goes whose members are not in it."""
+        found: dict[str, Outcome] = {}
+        held: dict[Path, set[str]] = {}
+        for path in self.parts():
+            part = {one.key: one for one in read_sound(path)}
+            if part:
+                held[path] = set(part)
+                found |= part
+        if len(held) < 2:
+            return
+        whole = self._new()
+        write_part(found.values(), whole)
+        kept = {one.key for one in read_part(whole)}
+        for path, keys in held.items():
+            if keys <= kept:
                 path.unlink(missing_ok=True)
-            self._own = [whole]
 
-    def discard(self) -> None:
-        """Take away what this store has written: it is somewhere else."""
-        for path in self._own:
-            path.unlink(missing_ok=True)
-        self._own = []
-
-    def _write(self, outcomes: Iterable[Outcome]) -> Path:
-        outcomes = list(outcomes)
-        name = hashlib.sha256(" ".join(one.key for one in outcomes).encode()).hexdigest()[:16]
-        path = self._folder / f"part_{name}.npz"
-        write_part(outcomes, path)
-        return path
+    def _new(self) -> Path:
+        return self._folder / f"{self._owner}.{secrets.token_hex(8)}.npz"
 
 
-def write_part(outcomes: Iterable[Outcome], path: Path) -> None:
+def write_part(outcomes: Iterable[Outcome], path: Path, losses: int = 0) -> None:
     """Write outcomes into one file, aside, and rename it.
 
     Parameters
@@ -103,34 +122,33 @@ def write_part(outcomes: Iterable[Outcome], path: Path) -> None:
     outcomes : iterable of Outcome
     path : Path
         An .npz file: arrays as they are, all else as JSON text; no pickle.
+    losses : int, optional
+        To be read by `read_losses`.
     """
-    meanings: dict[str, Any] = {}
-    layouts: dict[tuple[str, ...], int] = {}
+    layouts: dict[str, int] = {}
     members: dict[str, Any] = {}
     rows: dict[str, np.ndarray] = {}
     for one in outcomes:
         sizes: dict[str, int] = {}
+        layout = []
         for name, (dims, values, attributes) in one.quantities.items():
-            meanings.setdefault(name, [dims, values.dtype.str, _plain(attributes)])
+            layout.append([name, dims, values.dtype.str, _plain(attributes)])
             sizes |= dict(zip(dims, values.shape, strict=True))
         members[one.key] = {
-            "reason": one.reason,
-            "seconds": one.seconds,
-            "texts": dict(one.texts),
-            "labels": dict(one.labels),
+            **{name: getattr(one, name) for name in _PLAIN},
             "sizes": sizes,
-            "layout": layouts.setdefault(tuple(one.quantities), len(layouts)),
+            "layout": layouts.setdefault(json.dumps(layout), len(layouts)),
         }
         flat = [values.ravel().astype(float) for _, values, _ in one.quantities.values()]
         rows[one.key] = np.concatenate(flat) if flat else np.empty(0)
     text = {
         "format": FORMAT,
-        "quantities": meanings,
-        "layouts": list(layouts),
+        "losses": losses,
+        "layouts": [json.loads(layout) for layout in layouts],
         "members": members,
     }
     with written_aside(path) as aside, aside.open("wb") as file:
-        np.savez(file, allow_pickle=False, text=np.array(json.dumps(text)), **rows)
+        np.savez(file, allow_pickle=False, text=_coded(text), **rows)
 
 
 def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
@@ -139,44 +157,65 @@ def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
     Parameters
     ----------
     path : Path
-        What is no part of this format holds none.
+        One of another format holds none.
     keys : set of str, optional
         Default: all.
+
+    Raises
+    ------
+    OSError, BadZipFile, EOFError, ValueError, KeyError
+        Where it cannot be read, or is no part.
+    """
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+        wanted = [name for name in file.files if name != "text" and (keys is None or name in keys)]
+        if not wanted:
+            return []
+        text = json.loads(file["text"].tobytes())
+        if text["format"] != FORMAT:
+            return []
+        return [_outcome(key, text, file[key]) for key in wanted]
+
+
+def read_sound(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
+    """Read a part as `read_part` does; one that is not there or damaged holds none."""
+    try:
+        return read_part(path, keys)
+    except FileNotFoundError:  # made into one with others meanwhile
+        return []
+    except _DAMAGE:
+        log.warning("%s is damaged: what it held is solved again", path)
+        return []
+
+
+def read_losses(path: Path) -> int:
+    """Read how many jobs have lost members of a part to the machine; 0 where there is none.
+
+    Parameters
+    ----------
+    path : Path
     """
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            wanted = [name for name in file.files if keys is None or name in keys]
-            if not wanted:
-                return []
-            text = json.loads(str(file["text"]))
-            if text["format"] != FORMAT:
-                return []
-            wanted = [key for key in wanted if key != "text"]
-            return [_outcome(key, text, file[key]) for key in wanted]
-    except FileNotFoundError:
-        raise
-    except (BadZipFile, EOFError, OSError, ValueError, KeyError):
-        return []
+            return int(json.loads(file["text"].tobytes()).get("losses", 0))
+    except (FileNotFoundError, *_DAMAGE):
+        return 0
 
 
 def _outcome(key: str, text: dict[str, Any], row: np.ndarray) -> Outcome:
     member = text["members"][key]
     quantities, begin = {}, 0
-    for name in text["layouts"][member["layout"]]:
-        dims, dtype, attributes = text["quantities"][name]
+    for name, dims, dtype, attributes in text["layouts"][member["layout"]]:
         shape = tuple(member["sizes"][dim] for dim in dims)
         end = begin + math.prod(shape)
         values = row[begin:end].reshape(shape).astype(dtype)
         quantities[name] = (tuple(dims), values, attributes)
         begin = end
-    return Outcome(
-        key=key,
-        reason=member["reason"],
-        seconds=member["seconds"],
-        texts=member["texts"],
-        labels=member["labels"],
-        quantities=quantities,
-    )
+    return Outcome(key=key, quantities=quantities, **{name: member[name] for name in _PLAIN})
+
+
+def _coded(text: dict[str, Any]) -> np.ndarray:
+    """JSON as bytes: an array of characters would have four for each."""
+    return np.frombuffer(json.dumps(text).encode(), np.uint8)
 
 
 def _plain(attributes: dict[str, Any]) -> dict[str, Any]:

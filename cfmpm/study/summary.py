@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
 from cfmpm.study.member import Outcome
 from cfmpm.study.reading import Plan, label
 
-# How many failed members are told of one by one; the dataset has them all.
+# How many members that are not done are told of one by one; the dataset has them all.
 MOST_TOLD = 5
 
 
@@ -37,18 +38,17 @@ def of_study(plan: Plan, outcomes: Mapping[str, Outcome], known: int, written: P
     written : Path
         The dataset.
     """
-    failed = [one for one in plan.members if one.key in outcomes and outcomes[one.key].reason]
-    missing = sum(one.key not in outcomes for one in plan.members)
-    facts = [f"{len(plan.members) - len(failed) - missing} done"]
-    facts += [f"{len(failed)} failed"] if failed else []
-    facts += [f"{missing} not run"] if missing else []
+    count = Counter(outcomes[one.key].status for one in plan.members)
+    facts = [f"{count['done']} done"]
+    facts += [f"{count[status]} {status}" for status in ("failed", "unstable") if count[status]]
     facts += [f"{known} of them known from before"] if known else []
     lines = [f"{plan.study.name}: {_size(plan)}; {', '.join(facts)}"]
-    for one in failed[:MOST_TOLD]:
+    marked = [one for one in plan.members if outcomes[one.key].reason]
+    for one in marked[:MOST_TOLD]:
         reason = outcomes[one.key].reason
         lines.append(f"  {label(plan.axes, one.index)}: {reason}")
-    if len(failed) > MOST_TOLD:
-        lines.append(f"  and {len(failed) - MOST_TOLD} more: see reason in the dataset")
+    if len(marked) > MOST_TOLD:
+        lines.append(f"  and {len(marked) - MOST_TOLD} more: see reason in the dataset")
     lines.append(f"written  {written}")
     return "\n".join(lines)
 

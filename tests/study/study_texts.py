@@ -48,6 +48,19 @@ base:
 product:
   most: {key: growth.increments, values: [1, 3]}
 """
+UNCRACKED = """\
+name: whole
+base:
+  name: block
+  geometry:
+    outline: [{at: [0, 0], edge: bottom}, [10, 0], {at: [10, 20], edge: top}, [0, 20]]
+  material: {E: 210e3, nu: 0.3, g_c: 1.0}
+  load_steps: 1
+  loads: [{edge: top, traction: [0, 5]}, {edge: bottom, displacement: {y: 0}}]
+  mesh: {element: T3, size: 2, grading: uniform}
+product:
+  nu: {key: material.nu, values: [0.2, 0.3]}
+"""
 # What differs between two runs of one study.
 VOLATILE = {"date_created", "history"}
 

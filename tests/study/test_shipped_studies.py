@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from ruamel.yaml import YAML
 
+from cfmpm.results import TIP_STATUS
 from cfmpm.scene.schema import schema, schema_text
 from cfmpm.study.collecting import collect
 from cfmpm.study.member import solve
@@ -18,6 +19,7 @@ from cfmpm.study.model import Study
 from cfmpm.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
+REFERENCE = CONFIGS.parent / "workflows" / "reference"
 STUDIES = sorted((CONFIGS / "studies").glob("*.yaml"))
 
 
@@ -49,10 +51,15 @@ def test_schema_is_up_to_date() -> None:
     assert json.loads(stored)["properties"].keys() == Study.model_fields.keys()
 
 
-def solved(name: str, *, only: int | None = None) -> xr.Dataset:
-    """A shipped study, or its first members, solved in this process."""
+def solved(name: str, **only: set[float]) -> xr.Dataset:
+    """A shipped study, or its members of some values alone, solved in this process."""
     plan = load_study(CONFIGS / "studies" / f"{name}.yaml")
-    return collect(plan, {one.key: solve(one.key, one.scene) for one in plan.members[:only]})
+    members = [
+        one
+        for one in plan.members
+        if all(one.values[key] in values for key, values in only.items())
+    ]
+    return collect(plan, {one.key: solve(one.key, one.scene) for one in members})
 
 
 @pytest.mark.slow
@@ -121,3 +128,40 @@ def test_scatter_of_the_failure_load() -> None:
     assert float(scaled[0]) == pytest.approx(0.2547822**-0.5, rel=2e-3)
     expected = 0.5 * np.hypot(0.2, 0.03)
     assert float(np.log(factor).std()) == pytest.approx(expected, rel=0.03)
+
+
+@pytest.mark.slow
+def test_which_hole_catches_the_crack() -> None:
+    ends = {-163: "top", -143: "middle", -118: "bottom"}
+    dataset = solved("hole_offset", offset={*ends, -128}).isel(tip=0)
+    assert (dataset["status"].sel(offset=[*ends]) == 0).all()
+    height = {"top": 171.45, "middle": 120.65, "bottom": 69.85}
+    for offset, hole in ends.items():
+        one = dataset.sel(offset=offset)
+        assert TIP_STATUS[int(one["final_tip_status"])] == "arrived_hole"
+        x, y = float(one["final_tip_x"]), float(one["final_tip_y"])
+        assert np.hypot(x - 152.4, y - height[hole]) == pytest.approx(6.35, abs=0.1), hole
+    assert float(dataset["final_tip_y"].sel(offset=-163)) == pytest.approx(169.9, abs=1)
+    assert float(dataset["final_tip_y"].sel(offset=-143)) == pytest.approx(114.4, abs=1)
+    assert float(dataset["final_tip_y"].sel(offset=-118)) == pytest.approx(65.1, abs=1)
+    # Between the middle and the bottom one it runs past all of them to the load.
+    past = dataset.sel(offset=-128)
+    assert TIP_STATUS[int(past["final_tip_status"])] == "arrived_boundary"
+    assert float(past["final_tip_y"]) == pytest.approx(203.2)
+
+
+@pytest.mark.slow
+def test_criteria_of_direction_agree() -> None:
+    dataset = solved("direction_criteria").isel(tip=0)
+    assert (dataset["status"] == 0).all()
+    heights = xr.apply_ufunc(
+        lambda x, y: np.interp(60.0, x[np.isfinite(x)], y[np.isfinite(y)]),
+        *(dataset["tip_x"], dataset["tip_y"]),
+        input_core_dims=[["step"], ["step"]],
+        vectorize=True,
+    )
+    spread = heights.max("direction") - heights.min("direction")
+    assert float(spread.sel(order=2).max()) < 0.1
+    # In the limit of small increments, by a separate code.
+    reference = np.loadtxt(REFERENCE / "shear_plate_limit.csv", delimiter=",")
+    assert heights.sel(order=2).values == pytest.approx(np.interp(60.0, *reference.T), abs=0.2)

@@ -13,6 +13,10 @@ from study_texts import FAILING, STUDY, without_times, write_study
 from typer.testing import CliRunner, Result
 
 from cfmpm.cli import app
+from cfmpm.folder import held
+from cfmpm.study.member import Outcome
+from cfmpm.study.reading import load_study
+from cfmpm.study.store import write_part
 
 
 def call(*arguments: object) -> Result:
@@ -85,8 +89,52 @@ def test_nothing_but_failures_is_a_failure(folder: Path) -> None:
     assert result.exit_code == 1
     assert "8 failed" in result.stdout
     assert "and 3 more: see reason in the dataset" in result.stdout
-    assert "every member of failing failed" in result.stderr
+    assert "no member of failing came to its end" in result.stderr
     assert Path("results/failing/study.nc").exists()
+
+
+def test_members_that_became_unstable_are_counted(folder: Path, monkeypatch) -> None:
+    path = write_study(folder)
+    plan = load_study(path)
+    lost = "unstable: no stable state"
+    outcomes = {one.key: Outcome(one.key, "unstable", lost) for one in plan.members[:3]}
+    write_part(outcomes.values(), folder / "results/lengths/members/part.0.npz")
+    result = call(path, "--workers", 1)
+    assert result.exit_code == 0
+    assert "2 length x 2 E; 1 done, 3 unstable, 3 of them known from before" in result.stdout
+    assert f"  length=2, E=100000: {lost}" in result.stdout
+    with xr.open_dataset("results/lengths/study.nc") as dataset:
+        assert dataset["status"].values.tolist() == [[3, 3], [3, 0]]
+
+
+def test_one_study_at_a_time_in_a_folder(folder: Path) -> None:
+    path = write_study(folder)
+    with held(folder / "results/lengths"):
+        result = call(path, "--workers", 1)
+    assert result.exit_code == 2
+    assert "another run is writing here" in result.stderr
+    assert call(path, "--workers", 1).exit_code == 0
+
+
+def test_what_a_kill_left_is_taken_away(folder: Path) -> None:
+    path = write_study(folder)
+    leavings = [
+        folder / "results/lengths" / name
+        for name in (".study.nc.01234567.part", "members/.part.ab.npz.01234567.part")
+    ]
+    for leaving in leavings:
+        leaving.parent.mkdir(parents=True, exist_ok=True)
+        leaving.write_text("half")
+    assert call(path, "--workers", 1).exit_code == 0
+    assert not any(leaving.exists() for leaving in leavings)
+
+
+def test_how_far_it_has_come_is_told_without_a_terminal(folder: Path, monkeypatch) -> None:
+    monkeypatch.setattr("cfmpm.cli.LOGGED_EVERY", 0.0)
+    path = write_study(folder)
+    result = call(path, "--workers", 1)
+    assert result.stderr.splitlines() == [f"{i} of 4 members" for i in (1, 2, 3, 4)]
+    assert call(path, "--output", "other", "--quiet").stderr == ""
 
 
 @pytest.mark.parametrize("number", ["0", "-1", "two"])

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from study_texts import FAILING, GROWING, STUDY, write_study
+from study_texts import FAILING, GROWING, STUDY, UNCRACKED, write_study
 
 from cfmpm import simulation
+from cfmpm.errors import SceneError
+from cfmpm.meshing.session import gmsh_session
 from cfmpm.results import write_dataset
 from cfmpm.study.collecting import collect
 from cfmpm.study.layout import LAST, RESERVED, described
@@ -49,7 +52,7 @@ def test_a_dimension_for_each_parameter(stationary) -> None:
     }
     assert "step" not in dataset.dims
     assert (dataset["status"] == 0).all()
-    assert dataset["status"].attrs["flag_meanings"] == "done failed not_run"
+    assert dataset["status"].attrs["flag_meanings"] == "done failed not_run unstable"
 
 
 def test_values_are_those_of_the_members(stationary) -> None:
@@ -190,6 +193,91 @@ def test_last_values_and_counts(growing) -> None:
         assert float(own["peak_load_factor"]) == float(history["load_factor"].max())
         first = float(history["critical_load_factor"][0].min())
         assert float(own["fracture_load_factor"]) == first
+
+
+def test_load_steps_without_growth_are_kept(tmp_path: Path) -> None:
+    text = (
+        "name: stepped\nbase: small.yaml\nreplace: {load_steps: 3, kinematics: finite}\n"
+        "zip: {traction: {key: family.traction, values: [120, 3000]}}\n"
+    )
+    plan, _, dataset = solved(tmp_path, text)
+    assert dict(dataset["J"].sizes) == {"sample": 2, "step": 3, "tip": 1}
+    for one in plan.members:
+        history = simulation.run(one.scene).history
+        own = dataset.isel(sample=one.index[0])
+        np.testing.assert_array_equal(own["J"].values, history["J"].values)
+        assert float(own["final_J"][0]) == float(history["J"][-1, 0])
+        # g_c is 1. The load at fracture is that of another run which has it as its load.
+        factor = float(own["fracture_load_factor"])
+        at_fracture = one.scene.model_copy(update={"load_steps": [factor]})
+        assert float(simulation.run(at_fracture).history["J"][-1, 0]) == pytest.approx(1, rel=0.05)
+    assert dataset["load_factor"].values[0].tolist() == [1 / 3, 2 / 3, 1]
+    assert (dataset["increments"] == 0).all()
+    assert (dataset["path_length"] == 0).all()
+
+
+def test_loads_without_growth_are_no_increments(tmp_path: Path) -> None:
+    text = GROWING.replace("{control: crack}", "{control: load}").replace(
+        "  mesh:", "  load_steps: [0.1, 0.2, 9]\n  mesh:"
+    )
+    _, _, dataset = solved(tmp_path, text)
+    own = dataset.isel(most=1)
+    x = own["tip_x"].values[:, 0]
+    assert own["increments"] == np.count_nonzero(np.diff(x[np.isfinite(x)]))
+    assert own["increments"] == np.isfinite(x).sum() - 3
+
+
+def test_a_body_without_cracks(tmp_path: Path) -> None:
+    for steps in (1, 2):
+        text = UNCRACKED.replace("load_steps: 1", f"load_steps: {steps}")
+        _, _, dataset = solved(tmp_path, text)
+        assert (dataset["status"] == 0).all()
+        assert dataset.sizes["tip"] == 0
+        assert (dataset["strain_energy"] > 0).all()
+        assert np.isnan(dataset["fracture_load_factor"]).all()
+
+
+def test_a_member_that_became_unstable_is_marked(stationary) -> None:
+    plan, outcomes, _ = stationary
+    torn = replace(outcomes[plan.members[0].key], status="unstable", reason="unstable: it tears")
+    dataset = collect(plan, {**outcomes, torn.key: torn})
+    assert dataset["status"].values.ravel().tolist() == [3, 0, 0, 0]
+    assert dataset["reason"].values.ravel()[0] == "unstable: it tears"
+    # Its steps are there, and what README tells to leave out leaves it out.
+    assert np.isfinite(dataset["G"].values).all()
+    left = dataset["G"].where(dataset["status"] == 0)
+    assert np.isnan(left.values.ravel()).tolist() == [True, False, False, False]
+
+
+def write_mesh(path: Path) -> None:
+    """A block of 10 mm by 20 mm as a mesh file."""
+    with gmsh_session() as gmsh:
+        gmsh.model.occ.addRectangle(0, 0, 0, 10, 20)
+        gmsh.model.occ.synchronize()
+        for curve, name in ((1, "bottom"), (3, "top")):
+            gmsh.model.addPhysicalGroup(1, [curve], name=name)
+        gmsh.model.addPhysicalGroup(2, [1], name="body")
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 4)
+        gmsh.model.mesh.generate(2)
+        gmsh.write(str(path))
+
+
+def test_the_scene_of_a_member_of_a_mesh_file(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "meshes").mkdir()
+    write_mesh(tmp_path / "meshes" / "plate.msh")
+    base = UNCRACKED[UNCRACKED.index("  name:") : UNCRACKED.index("product:")]
+    geometry = base[base.index("  geometry:") : base.index("  material:")]
+    base = base.replace(geometry, "  mesh_file: {file: meshes/plate.msh}\n")
+    base = base[: base.index("  mesh: {")]
+    text = f"name: meshed\nbase:\n{base}zip: {{nu: {{key: material.nu, values: [0.2, 0.3]}}}}\n"
+    plan, _, dataset = solved(tmp_path, text)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert dataset.isel(sample=1).cfmpm.scene == plan.members[1].scene
+    with (tmp_path / "meshes" / "plate.msh").open("a") as file:
+        file.write("$Comments\n$EndComments\n")
+    with pytest.raises(SceneError, match=r"plate\.msh: is not what it was in the study"):
+        dataset.isel(sample=1).cfmpm.scene  # noqa: B018
 
 
 def test_what_the_scene_says_about_a_key(stationary, growing) -> None:

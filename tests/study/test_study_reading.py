@@ -14,6 +14,7 @@ from cfmpm.study.expansion import broken_rules
 from cfmpm.study.layout import RESERVED
 from cfmpm.study.model import Study
 from cfmpm.study.reading import label, load_study
+from cfmpm.versions import versions
 
 
 def refused(folder: Path, text: str) -> list[Problem]:
@@ -84,6 +85,29 @@ def test_keys_change_with_the_scene_and_the_program(tmp_path: Path, monkeypatch)
     monkeypatch.setattr(reading, "program_hash", lambda: "another one")
     later = [one.key for one in load_study(write_study(tmp_path)).members]
     assert not set(later) & set(keys)
+
+
+def test_keys_change_with_the_versions_that_decide_numbers(tmp_path: Path, monkeypatch) -> None:
+    def key() -> str:
+        reading.program_hash.cache_clear()
+        return load_study(write_study(tmp_path)).members[0].key
+
+    first = key()
+    try:
+        for name in ("numpy", "numba", "gmsh", "kvxopt"):
+            found = {**versions(), name: "0.0"}
+            monkeypatch.setattr(reading, "versions", lambda found=found: found)
+            assert key() != first
+        monkeypatch.setattr(reading, "versions", lambda: {**versions(), "xarray": "0.0"})
+        assert key() == first
+    finally:
+        reading.program_hash.cache_clear()
+
+
+def test_a_long_list_is_not_checked_by_pairs() -> None:
+    # By pairs it would take hours.
+    study = {"name": "a", "base": "b", "product": {"x": {"key": "c", "linspace": [0, 1, 300_000]}}}
+    assert not list(broken_rules(Study.model_validate(study), RESERVED))
 
 
 def test_labels(tmp_path: Path) -> None:
@@ -191,8 +215,40 @@ BAD_SECTIONS = [
     (
         "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: norm, "
         "arguments: {scale: -1}}}}",
+        "latin_hypercube.parameters.b.arguments.scale",
+        "must be greater than 0",
+    ),
+    (
+        "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: lognorm, "
+        "arguments: {s: -0.2}}}}",
+        "latin_hypercube.parameters.b.arguments.s",
+        "no distribution lognorm has s: -0.2",
+    ),
+    (
+        "latin_hypercube: {samples: 2, parameters: {b: {key: material.E, distribution: beta, "
+        "arguments: {a: 1, b: -3}}}}",
         "latin_hypercube.parameters.b.arguments",
-        "scale must be > 0",
+        "no distribution beta has a: 1, b: -3",
+    ),
+    (
+        "replace: {material.E: 1e5}\nzip: {a: {key: material.E, values: [1e5]}}",
+        "zip.a.key",
+        "material.E of replace is lost",
+    ),
+    (
+        "replace: {mesh.size: 1}\nproduct: {a: {key: mesh, values: [{size: 2}]}}",
+        "product.a.key",
+        "sets mesh, and mesh.size of replace is lost",
+    ),
+    (
+        "zip: {a: {key: material.E, values: [1e5, '1e5']}}",
+        "zip.a",
+        "'1e5' is text: write the number without quotes",
+    ),
+    (
+        "product: {a: {key: mesh, values: [{size: 2}, {size: 2.0}, {size: 2}]}}",
+        "product.a",
+        "has a value twice",
     ),
     (
         "latin_hypercube: {samples: 0, parameters: {b: {key: material.E, distribution: norm}}}",

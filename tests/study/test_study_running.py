@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 from study_texts import FAILING, GROWING, STUDY, without_times, write_study
 
+from cfmpm import simulation
+from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 from cfmpm.study import running
 from cfmpm.study.collecting import collect
 from cfmpm.study.member import Outcome, solve
@@ -22,6 +24,16 @@ from cfmpm.study.running import run_members
 from cfmpm.study.store import DATASET, MEMBERS, Store, read_part
 
 ONE = "name: one\nbase: small.yaml\nzip: {E: {key: material.E, values: [1e5]}}\n"
+# Hencky's law loses ellipticity on the way to this elongation.
+TORN = """\
+name: torn
+base: small.yaml
+replace:
+  kinematics: finite
+  load_steps: 4
+  family.traction: 60e3
+zip: {E: {key: material.E, values: [1e5]}}
+"""
 LONG = """\
 name: long
 base: small.yaml
@@ -100,22 +112,51 @@ def test_a_failed_member_keeps_its_reason(tmp_path: Path) -> None:
     assert ran(plan, tmp_path / "m")[1] == []
 
 
-def test_any_fault_of_the_program_is_a_reason(tmp_path: Path, monkeypatch) -> None:
+@pytest.mark.parametrize(
+    ("error", "reason", "lasting"),
+    [
+        (SolveError("no balance"), "no balance", True),
+        (MeshError("no grid"), "no grid", True),
+        (SceneError([Problem("wrong")]), "wrong", True),
+        (MemoryError(), "not enough memory; take a larger mesh.size, or solver: amg", False),
+        (OSError(28, "No space left"), "OSError: [Errno 28] No space left", False),
+        (ZeroDivisionError("by zero"), "ZeroDivisionError: by zero", False),
+    ],
+)
+def test_what_fails_by_the_scene_lasts(error, reason, lasting, tmp_path: Path, monkeypatch) -> None:
     (member,) = load_study(write_study(tmp_path, ONE)).members
 
     def fault(*arguments, **keywords):
-        raise ZeroDivisionError("division by zero")
+        raise error
 
     monkeypatch.setattr("cfmpm.simulation.run", fault)
     outcome = solve(member.key, member.scene)
-    assert outcome.reason == "ZeroDivisionError: division by zero"
+    assert (outcome.status, outcome.reason, outcome.lasting) == ("failed", reason, lasting)
+
+
+@pytest.mark.parametrize("word", [simulation.UNSTABLE, simulation.UNSOLVABLE])
+def test_a_member_that_loses_stability_is_not_done(word, tmp_path: Path, monkeypatch) -> None:
+    (member,) = load_study(write_study(tmp_path, ONE)).members
+    real = simulation.run
+
+    def unstable(*arguments, **keywords):
+        found = real(*arguments, **keywords)
+        found.history.attrs["ending"] = f"{word}: no stable state"
+        return found
+
+    monkeypatch.setattr(simulation, "run", unstable)
+    outcome = solve(member.key, member.scene)
+    assert (outcome.status, outcome.reason) == ("unstable", f"{word}: no stable state")
     assert outcome.lasting
+    assert outcome.quantities["G"][1].shape == (1, 1)
 
-    def no_memory(*arguments, **keywords):
-        raise MemoryError
 
-    monkeypatch.setattr("cfmpm.simulation.run", no_memory)
-    assert not solve(member.key, member.scene).lasting
+def test_the_end_of_a_run_that_loses_stability(tmp_path: Path) -> None:
+    (member,) = load_study(write_study(tmp_path, TORN)).members
+    outcome = solve(member.key, member.scene)
+    assert outcome.status == "unstable"
+    assert outcome.reason == outcome.texts["ending"]
+    assert len(outcome.quantities["G"][1]) >= 1
 
 
 def test_steps_before_a_failure_are_kept(tmp_path: Path, monkeypatch) -> None:
@@ -172,13 +213,21 @@ def test_a_member_whose_process_dies_twice_is_marked_and_tried_another_time(
     outcomes, _ = ran(plan, tmp_path / "m")
     killer.join()
     (outcome,) = outcomes.values()
-    assert outcome.reason == "its process ended by signal 9; not enough memory?"
+    assert outcome.reason == "its process was killed; not enough memory?"
     dataset = collect(plan, outcomes)
     assert dataset["status"].values.tolist() == [1]
     assert dataset["reason"].values.tolist() == [outcome.reason]
     outcomes, new = ran(plan, tmp_path / "m")
     assert len(new) == 1
     assert collect(plan, outcomes)["status"].values.tolist() == [0]
+
+
+def test_processes_that_cannot_start_end_the_study_at_once(tmp_path: Path, monkeypatch) -> None:
+    plan = load_study(write_study(tmp_path))
+    (tmp_path / "gmsh.py").write_text("raise ImportError('no such library')")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(SolveError, match=r"can be started: its process ended with status 1$"):
+        ran(plan, tmp_path / "m")
 
 
 def test_one_thread_each_and_the_environment_as_it_was(monkeypatch) -> None:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cfmpm.study import store
+from cfmpm.study import layout, store
 from cfmpm.study.member import Outcome
 from cfmpm.study.store import Store, read_part, write_part
 
@@ -27,31 +27,25 @@ def quantities(draw):
         shape = tuple(sizes[dim] for dim in dims)
         count = int(np.prod(shape))
         values = np.array(draw(st.lists(NUMBERS, min_size=count, max_size=count)), float)
-        # The attributes of a name are the same in all members.
-        found[name] = (dims, values.reshape(shape), {"units": name})
+        found[name] = (dims, values.reshape(shape), {"units": draw(st.sampled_from("xy"))})
     return found
 
 
 @st.composite
 def outcomes(draw):
     keys = draw(st.lists(st.text("0123abcd", min_size=8, max_size=8), unique=True, max_size=4))
-    # As in a study: what a name means is the same in all members.
-    dims: dict[str, tuple] = {}
     found = []
     for key in keys:
-        own = {
-            name: one
-            for name, one in draw(quantities()).items()
-            if dims.setdefault(name, one[0]) == one[0]
-        }
         found.append(
             Outcome(
                 key=key,
+                status=draw(st.sampled_from(layout.STATUS)),
                 reason=draw(TEXT),
                 seconds=draw(st.floats(0, 1e6)),
+                lasting=draw(st.booleans()),
                 texts={"ending": draw(TEXT)},
                 labels={"tip": draw(st.lists(TEXT, max_size=2)), "radius": [draw(NUMBERS)]},
-                quantities=own,
+                quantities=draw(quantities()),
             )
         )
     return found
@@ -117,13 +111,11 @@ def test_little_is_written_within_the_interval(tmp_path: Path) -> None:
     assert not (tmp_path / "members").exists()
     written.flush()
     assert set(Store(tmp_path / "members").read("ab")) == set("ab")
-    written.discard()
-    assert Store(tmp_path / "members").read("ab") == {}
 
 
 def test_what_the_machine_did_is_not_kept(tmp_path: Path) -> None:
     written = Store(tmp_path / "members")
-    written.add(Outcome("a", reason="its process died", lasting=False))
+    written.add(Outcome("a", "failed", "its process died", lasting=False))
     written.gather()
     assert not (tmp_path / "members").exists()
 
@@ -158,3 +150,82 @@ def test_a_part_that_another_run_takes_away_meanwhile(tmp_path: Path, monkeypatc
 
     monkeypatch.setattr(store, "read_part", taken)
     assert set(Store(folder).read("ab")) == {"b"}
+
+
+def filled(folder: Path, owner: str, keys: str) -> None:
+    """A store with a part for each key, as a kill leaves it."""
+    for key in keys:
+        own = Store(folder, owner)
+        own.add(*some(key))
+        own.flush()
+
+
+def test_no_store_takes_away_parts_of_another(tmp_path: Path) -> None:
+    ours, theirs = Store(tmp_path, "batch_1"), Store(tmp_path, "batch_11")
+    for owned, key in ((ours, "a"), (theirs, "b")):
+        for one in some(key, "c"):
+            owned.add(one)
+            owned.flush()
+    ours.gather()
+    assert len(ours.parts()) == 1
+    assert len(theirs.parts()) == 2
+    assert set(Store(tmp_path).read("abc")) == {"a", "b", "c"}
+    # Two parts of the same members have different names.
+    for _ in range(2):
+        theirs.add(*some("b"))
+        theirs.flush()
+    assert len(theirs.parts()) == 4
+
+
+def test_what_a_kill_left_is_made_one_part(tmp_path: Path) -> None:
+    filled(tmp_path, "part", "abc")
+    (tmp_path / ".part.0123456789abcdef.npz.89abcdef.part").write_text("half")
+    (tmp_path / ".batch_0.npz.89abcdef.part").write_text("of another")
+    Store(tmp_path).tidy()
+    names = [path.name for path in tmp_path.iterdir()]
+    assert len(names) == 2
+    assert ".batch_0.npz.89abcdef.part" in names
+    assert set(Store(tmp_path).read("abc")) == set("abc")
+
+
+@pytest.mark.parametrize("at", ["reading", "writing"])
+def test_a_failure_while_parts_are_gathered_loses_none(at, tmp_path: Path, monkeypatch) -> None:
+    filled(tmp_path, "part", "abc")
+    real = store.read_part
+
+    def failing(*arguments):
+        raise OSError("no answer from the disk")
+
+    monkeypatch.setattr(store, "read_part" if at == "reading" else "write_part", failing)
+    with pytest.raises(OSError, match="no answer"):
+        Store(tmp_path).gather()
+    # The file that is made of all is read again, before any goes: here half of it is lost.
+    monkeypatch.undo()
+    calls = []
+
+    def forgetful(path: Path, keys=None):
+        calls.append(path)
+        return real(path, keys)[: 1 if len(calls) > 3 else None]
+
+    monkeypatch.setattr(store, "read_part", forgetful)
+    Store(tmp_path).gather()
+    monkeypatch.undo()
+    assert set(Store(tmp_path).read("abc")) == set("abc")
+
+
+def test_a_damaged_part_stays_when_others_are_made_one(tmp_path: Path) -> None:
+    filled(tmp_path, "part", "ab")
+    damaged = tmp_path / "part.damaged.npz"
+    damaged.write_text("not a part")
+    Store(tmp_path).gather()
+    assert damaged.exists()
+    assert len(Store(tmp_path).parts()) == 2
+
+
+def test_members_that_the_machine_lost_are_not_known(tmp_path: Path) -> None:
+    lost = Outcome("a", "failed", "its process was killed", lasting=False)
+    write_part([lost, *some("b")], tmp_path / "batch_0.npz", losses=2)
+    assert set(Store(tmp_path).read("ab")) == {"b"}
+    assert {one.key for one in read_part(tmp_path / "batch_0.npz")} == {"a", "b"}
+    assert store.read_losses(tmp_path / "batch_0.npz") == 2
+    assert store.read_losses(tmp_path / "batch_1.npz") == 0

@@ -9,7 +9,14 @@ import xarray as xr
 from cfmpm.scene import load_scene
 from cfmpm.simulation import run
 from workflows import reference_fem
-from workflows.performance import defaults, figures, newton_cost, scaling, work_precision
+from workflows.performance import (
+    defaults,
+    figures,
+    newton_cost,
+    scaling,
+    study_overhead,
+    work_precision,
+)
 from workflows.performance.alone import run_alone
 from workflows.performance.pareto import pareto_front
 from workflows.settings import combinations, each_value
@@ -243,6 +250,23 @@ def test_newton_cost_tells_assembly_from_solution(tmp_path):
     assert list(dataset.part.values) == list(newton_cost.PARTS)
     assert (dataset.microseconds > 0).all()
     assert (dataset.whole > 0).all()
+
+
+def test_study_overhead(tmp_path):
+    path = tmp_path / "overhead.nc"
+    study_overhead.measure(
+        path,
+        "configs/paper/single_edge_crack.yaml",
+        replaced={"mesh.size": 80},
+        lengths=2,
+        stiffnesses=2,
+        workers=[1, 2],
+    )
+    dataset = xr.load_dataset(path)
+    assert dataset.workers.values.tolist() == [1, 2]
+    assert (dataset.members == 4).all()
+    for name in ("overhead", "member_time", "wall_time", "file_size", "n_points"):
+        assert (dataset[name] > 0).all(), name
 
 
 def test_a_run_alone_that_fails_says_so(scene_file):

@@ -15,6 +15,7 @@ TARGETS = [
     "scaling",
     "stability",
     "newton-cost",
+    "study-overhead",
 ]
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import random
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -77,14 +79,14 @@ def plain(path: Path) -> xr.Dataset:
     return dataset
 
 
-def by_command(study: Path, folder: Path, checkout: Path, workers: int = 1) -> xr.Dataset:
+def by_command(study: Path, folder: Path, *paths: Path, workers: int = 1) -> xr.Dataset:
     """The dataset that `cfmpm study` makes."""
     subprocess.run(
         [
             *(sys.executable, "-m", "cfmpm", "study", str(study)),
             *(f"--workers={workers}", "--output", str(folder)),
         ],
-        env={**os.environ, "PYTHONPATH": str(checkout)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, paths))},
         cwd=folder.parent,
         check=True,
         capture_output=True,
@@ -102,7 +104,9 @@ def test_the_same_dataset_and_only_what_a_change_touches(call, study, checkout, 
     first, times = plain(dataset), xr.load_dataset(dataset)["run_time"]
     assert first["status"].values.tolist() == [[0, 0, 0], [1, 1, 1]]
     assert "out of balance" in str(first["reason"].values[1, 0])
-    assert first.identical(by_command(study, tmp_path / "command", checkout, workers=2))
+    for workers in (1, 2):
+        other = by_command(study, tmp_path / f"command_{workers}", checkout, workers=workers)
+        assert first.identical(other)
     assert jobs(call(study, "--dry-run")) == []
 
     # A description is in no member: the dataset is gathered again, and no more.
@@ -192,3 +196,119 @@ def test_planning_a_study_loads_neither_numba_nor_gmsh(checkout) -> None:
         [sys.executable, "-c", program], cwd=checkout, capture_output=True, text=True, check=True
     )
     assert "loaded []" in done.stdout
+
+
+# Kills the process that solves a certain member, as long as a file is there.
+DEADLY = """\
+import importlib.util, os, sys
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name != "cfmpm.simulation":
+            return None
+        sys.meta_path.remove(self)
+        spec = importlib.util.find_spec(name)
+        load = spec.loader.exec_module
+
+        def load_deadly(module):
+            load(module)
+            run = module.run
+
+            def deadly(scene, *arguments, **keywords):
+                if scene.material.E == 2e5 and os.path.exists(__file__ + ".armed"):
+                    os.kill(os.getpid(), 9)
+                return run(scene, *arguments, **keywords)
+
+            module.run = deadly
+
+        spec.loader.exec_module = load_deadly
+        return spec
+
+sys.meta_path.insert(0, Finder())
+"""
+
+
+def test_a_member_whose_process_is_killed_is_marked(snakemake, study, checkout, tmp_path) -> None:
+    study.write_text(STUDY.replace("[5, 6]", "[5]"))
+    site = tmp_path / "site" / "sitecustomize.py"
+    site.parent.mkdir()
+    site.write_text(DEADLY)
+    armed = site.with_name(site.name + ".armed")
+    armed.touch()
+    path = os.pathsep.join([str(site.parent), str(checkout)])
+
+    def call(*arguments: str) -> list[str]:
+        given = ("study", "--configfile", str(study), *arguments)
+        done = snakemake(*given, folder=checkout, PYTHONPATH=path)
+        return jobs(done.stdout + done.stderr)
+
+    call("--cores", "1")
+    dataset = checkout / "results" / "by_rules" / "study.nc"
+    first = plain(dataset)
+    assert first["status"].values.tolist() == [[0, 1, 0]]
+    assert first["reason"].values[0, 1] == "its process was killed; not enough memory?"
+    assert first.identical(by_command(study, tmp_path / "command", site.parent, checkout))
+    # It is due as long as it is lost, and then no more.
+    due = ["Gathering study by_rules", "Study by_rules, batch 0"]
+    assert call("--dry-run") == due
+    assert set(call("--cores", "1")) == set(due)
+    assert call("--dry-run") == due
+    armed.unlink()
+    call("--cores", "1")
+    assert (xr.load_dataset(dataset)["status"] == 0).all()
+    assert call("--dry-run") == []
+
+
+def test_a_mistake_in_a_given_study_is_told_by_its_place(call, study) -> None:
+    study.write_text(STUDY.replace("product:", "prodct:"))
+    said = call(study, "--dry-run", check=False)
+    assert f"{study}:3:1: prodct: unknown key; did you mean product?" in said
+    assert "pydantic" not in said
+    study.write_text(STUDY.replace("base:", "bse:"))
+    assert f"{study}:2:1: bse: unknown key; did you mean base?" in call(
+        study, "--dry-run", check=False
+    )
+
+
+def test_two_given_studies_of_one_name(call, study) -> None:
+    other = study.with_name("other.yaml")
+    other.write_text(STUDY)
+    said = call(study, str(other), "--dry-run", check=False)
+    assert f"{other}: name: is the name of {study} too" in said
+
+
+@pytest.mark.slow
+def test_killed_at_random_moments(study, checkout, tmp_path) -> None:
+    values = ", ".join(f"{100 + 10 * i}e3" for i in range(12))
+    study.write_text(STUDY.replace("100e3, 200e3, 300e3", values))
+    command = [sys.executable, "-m", "snakemake", "study", "--configfile", str(study)]
+
+    def start() -> subprocess.Popen:
+        return subprocess.Popen(
+            [*command, "--cores", "2"],
+            cwd=checkout,
+            env={**os.environ, "PYTHONPATH": str(checkout)},
+            start_new_session=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+
+    moments, kills = random.Random(1), 0
+    while kills < 6:
+        run = start()
+        try:
+            run.wait(timeout=moments.uniform(2.0, 12.0))
+        except subprocess.TimeoutExpired:
+            os.killpg(run.pid, signal.SIGKILL)
+            run.wait()
+            kills += 1
+        else:
+            assert run.returncode == 0
+            shutil.rmtree(checkout / "results" / "by_rules")
+    assert start().wait() == 0
+    folder = checkout / "results" / "by_rules"
+    whole = by_command(study, tmp_path / "command", checkout, workers=2)
+    assert plain(folder / "study.nc").identical(whole)
+    assert sorted(path.name for path in folder.iterdir()) == ["members", "study.nc"]
+    names = {path.name for path in (folder / "members").iterdir()}
+    assert names == {f"batch_{i}.npz" for i in range(12)}

@@ -14,6 +14,7 @@ sys.path.insert(0, str(ROOT))
 from workflows.job import let_scripts_import
 from workflows.lock import free_stale_lock, remove_leavings
 from workflows.settings import read_settings
+from workflows.studies import given_studies
 
 let_scripts_import(ROOT)
 
@@ -32,9 +33,12 @@ configfile: str(ROOT / "configs" / "workflow" / "large_strain.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "work_precision.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "scaling.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "newton_cost.yaml")
+configfile: str(ROOT / "configs" / "workflow" / "study_overhead.yaml")
 configfile: str(ROOT / "configs" / "workflow" / "stability.yaml")
 
 
+# A study that is given as a config file is in the configuration too: first its own mistakes.
+GIVEN_STUDIES = given_studies(workflow.overwrite_configfiles)
 # Nothing runs on a bad configuration: every scene of every series is checked here.
 SETTINGS = read_settings(config)
 PAPER = SETTINGS.section_5_1

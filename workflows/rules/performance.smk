@@ -148,3 +148,27 @@ rule newton_cost:
         "Measuring an iteration of Newton's method"
     script:
         "../scripts/newton_cost.py"
+
+
+rule study_overhead:
+    input:
+        scene=SETTINGS.study_overhead.scene,
+        compiled=rules.warm_up.output.stamp,
+        code="workflows/performance/study_overhead.py",
+    output:
+        data="results/performance/study_overhead.nc",
+    log:
+        "results/logs/performance/study_overhead.log",
+    benchmark:
+        "results/benchmarks/performance/study_overhead.tsv"
+    # As many processes as it measures: nothing else may run beside.
+    threads: workflow.cores or 1
+    resources:
+        mem_mb=3000,
+        runtime=10,
+    params:
+        **measured(SETTINGS.study_overhead),
+    message:
+        "Measuring what a study adds to its members"
+    script:
+        "../scripts/study_overhead.py"

@@ -2,11 +2,18 @@
 #   snakemake study --configfile my_study.yaml    a study file of your own, or several
 #   snakemake studies                             all of configs/studies
 #   snakemake results/crack_length/study.nc       one of them
-from workflows.studies import BATCH, DATASET, Studies, more_memory
+from workflows.studies import (
+    BATCH,
+    DATASET,
+    RETRIES,
+    Studies,
+    is_last_attempt,
+    more_memory,
+)
 
 PARAMETER_STUDIES = Studies(
     ROOT / "configs" / "studies",
-    workflow.overwrite_configfiles,
+    GIVEN_STUDIES,
     whole=workflow.is_main_process,
 )
 
@@ -24,15 +31,17 @@ rule study_batch:
     wildcard_constraints:
         study="[A-Za-z][A-Za-z0-9_-]*",
         batch=r"\d+",
-    retries: 2
+    retries: RETRIES
     threads: 1
     resources:
         mem_mb=more_memory,
         runtime=60,
+        last=is_last_attempt,
     params:
         file=PARAMETER_STUDIES.file,
         members=PARAMETER_STUDIES.members,
         hashes=PARAMETER_STUDIES.keys,
+        losses=PARAMETER_STUDIES.losses,
     message:
         "Study {wildcards.study}, batch {wildcards.batch}"
     script:

@@ -41,6 +41,13 @@ rule:
         rules.newton_cost.output.data,
 
 
+rule:
+    name:
+        "study-overhead"
+    input:
+        rules.study_overhead.output.data,
+
+
 rule stability:
     input:
         rules.stability_page.output.page,

@@ -9,4 +9,5 @@ if __name__ == "__main__":
             snakemake.params.members,
             snakemake.threads,
             snakemake.output.data,
+            last=bool(snakemake.resources.last),
         )

@@ -1,0 +1,64 @@
+"""The load at which the first tip of a member reaches g_c, from the steps before a tip moves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cfmpm.scene import Scene
+
+Values = NDArray[Any]
+
+
+def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
+    """Find the load factor at which the first tip reaches g_c.
+
+    Parameters
+    ----------
+    scene : Scene
+    values : mapping of str to array
+        ``load_factor`` (step,) and, by (step, tip), ``tip_x``, ``tip_y``, ``G`` [N/mm] and
+        ``critical_load_factor``.
+
+    Returns
+    -------
+    float
+        Nan where there are no tips, no single g_c, or at finite deformation no load so large.
+
+    Notes
+    -----
+    What is linear states it itself (`critical_load_factor`). At finite deformation sqrt(G), which
+    goes with the load as long as that is small, is interpolated between load steps.
+    """
+    critical = values["critical_load_factor"]
+    if not critical.size:
+        return np.nan
+    if not np.isnan(critical[0]).all():
+        return float(np.nanmin(critical[0]))
+    source = scene.geometry or scene.mesh_file
+    regions = source.regions if source else []
+    toughness = {scene.material.g_c, *(region.material.g_c for region in regions)}
+    g_c = toughness.pop()
+    if toughness or g_c is None:
+        return np.nan
+    moves = np.flatnonzero(moved(values["tip_x"], values["tip_y"]))
+    still = int(moves[0]) + 1 if len(moves) else len(critical)
+    largest = np.nan_to_num(values["G"][:still]).max(axis=1).clip(min=0.0)
+    reached = np.concatenate([[0.0], np.sqrt(largest / g_c)])
+    load = np.concatenate([[0.0], values["load_factor"][:still]])
+    above = np.flatnonzero(reached >= 1.0)
+    if len(above):
+        i = above[0]
+        part = (1.0 - reached[i - 1]) / (reached[i] - reached[i - 1])
+        return float(load[i - 1] + part * (load[i] - load[i - 1]))
+    # Of a crack that has run, by a criterion of its own.
+    return float(load[-1]) if len(moves) else np.nan
+
+
+def moved(x: Values, y: Values) -> NDArray[np.bool_]:
+    """Whether any tip is somewhere else than a step before, (steps - 1,)."""
+    found: NDArray[np.bool_] = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0)) > 0.0
+    return np.any(found, axis=1)
