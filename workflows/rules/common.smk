@@ -12,18 +12,14 @@ workdir: str(ROOT)
 sys.path.insert(0, str(ROOT))
 
 from workflows.job import let_scripts_import
-from workflows.lock import free_stale_lock, remove_leavings
+from workflows.lock import clear_after_kill
 from workflows.settings import read_settings
 
 let_scripts_import(ROOT)
 
 # The jobs of a cluster read this file too.
 if workflow.is_main_process:
-    ALIVE = free_stale_lock(ROOT / ".snakemake")
-
-
-onstart:
-    remove_leavings(ROOT / "results" / "paper", ROOT / "results" / "performance")
+    ALIVE = clear_after_kill(ROOT / ".snakemake", ROOT / "results")
 
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
