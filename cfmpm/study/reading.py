@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 import cfmpm
 from cfmpm.errors import Problem, SceneError
+from cfmpm.program import program_files
 from cfmpm.scene import Scene, config_hash, scene_from_document
 from cfmpm.scene.document import Document, Key, Place, parse_key, read_document
 from cfmpm.scene.wording import refusals, shown
@@ -200,11 +201,9 @@ def _key(scene: Scene) -> str:
 
 @cache
 def program_hash() -> str:
-    """SHA-256 of the version and the sources of this package, of which pictures are no part."""
-    root = Path(__file__).parents[1]
+    """SHA-256 of the version and of `program_files`, by their names in the package."""
+    root = Path(cfmpm.__file__).parent
     digest = hashlib.sha256(cfmpm.__version__.encode())
-    for path in sorted(root.glob("**/*.py")):
-        name = path.relative_to(root)
-        if name.parts[0] not in ("plotting", "study", "cli.py"):
-            digest.update(str(name).encode() + path.read_bytes())
+    for path in program_files():
+        digest.update(str(path.relative_to(root)).encode() + path.read_bytes())
     return digest.hexdigest()
