@@ -14,6 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from cfmpm.errors import Problem, SceneError
+from cfmpm.program import program_files
 from cfmpm.scene import Scene, config_hash, scene_from_document
 from cfmpm.scene.document import Document, Key, Place, parse_key, read_document
 from cfmpm.scene.wording import refusals, shown
@@ -206,11 +207,10 @@ def _key(scene: Scene) -> str:
 @cache
 def program_hash() -> str:
     """SHA-256 of all that decides numbers: sources of this package, versions of others."""
-    root = Path(__file__).parents[1]
     installed = {name: versions().get(name) for name in ("cfmpm", *DECIDING)}
     digest = hashlib.sha256(json.dumps(installed).encode())
-    for path in sorted(root.glob("**/*.py")):
-        name = path.relative_to(root)
-        if name.parts[0] not in ("plotting", "study", "cli.py") or name.name == "member.py":
-            digest.update(str(name).encode() + path.read_bytes())
+    root = Path(__file__).parents[1]
+    # What of a run is stored is decided by the module that runs a member.
+    for path in (*program_files(), Path(__file__).with_name("member.py")):
+        digest.update(str(path.relative_to(root)).encode() + path.read_bytes())
     return digest.hexdigest()

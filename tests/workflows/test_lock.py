@@ -9,11 +9,12 @@ import sys
 
 import pytest
 
-from workflows.lock import free_stale_lock, remove_leavings
+from workflows.lock import clear_after_kill
 
 HOLD = (
-    "import sys, pathlib; from workflows.lock import free_stale_lock\n"
-    "free_stale_lock(pathlib.Path(sys.argv[1])); print('held', flush=True); sys.stdin.read()"
+    "import sys, pathlib; from workflows.lock import clear_after_kill\n"
+    "clear_after_kill(*map(pathlib.Path, sys.argv[1:])); print('held', flush=True)\n"
+    "sys.stdin.read()"
 )
 
 
@@ -31,7 +32,8 @@ def locked(tmp_path):
 def other(locked, root):
     """Another run that holds the kernel's lock; it has taken away no lock but its own."""
     text = locked.read_text()
-    command = [sys.executable, "-c", HOLD, str(locked.parents[1])]
+    snakemakes = locked.parents[1]
+    command = [sys.executable, "-c", HOLD, str(snakemakes), str(snakemakes.parent / "results")]
     process = subprocess.Popen(
         command, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
@@ -43,39 +45,64 @@ def other(locked, root):
     process.communicate()
 
 
+def begin(locked):
+    """A further run begins."""
+    return clear_after_kill(locked.parents[1], locked.parents[2] / "results")
+
+
+@pytest.fixture
+def unfinished(locked):
+    """What jobs write aside, all over the results."""
+    results = locked.parents[2] / "results"
+    folder = results / "paper/.fig4.png.x1"
+    paths = [
+        *(folder / "fig4.png", results / "paper/growth/.edge.nc.0123abcd.part"),
+        *(results / "stability/.cases.nc.0123abcd.part", results / "..compiled.0123abcd.part"),
+        results / "lengths/members/.batch_0.npz.0123abcd.part",
+        results / "lengths/.study.nc.0123abcd.part",
+    ]
+    touch(paths)
+    return [*paths, folder]
+
+
+def touch(paths):
+    for path in paths:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+
+
 @pytest.mark.parametrize(("host", "freed"), [(socket.gethostname(), True), ("elsewhere", False)])
 def test_a_lock_that_nobody_holds_is_freed(locked, host, freed):
     """But not that of another machine, whose kernel need not tell."""
     (locked.parents[1] / "alive").write_text(host)
-    os.close(free_stale_lock(locked.parents[1]))
+    os.close(begin(locked))
     assert locked.exists() != freed
     if not freed:
         locked.unlink()  # by `snakemake --unlock`
-        free_stale_lock(locked.parents[1])
+        begin(locked)
         assert (locked.parents[1] / "alive").read_text() == socket.gethostname()
 
 
-def test_the_lock_of_a_run_is_left(locked, other):
-    free_stale_lock(locked.parents[1])
+def test_what_a_run_holds_and_writes_is_left(locked, other, unfinished):
+    begin(locked)
     assert locked.exists()
+    assert all(path.exists() for path in unfinished)
 
 
-def test_the_lock_of_a_killed_run_is_freed(locked, other):
+def test_what_a_killed_run_has_left_is_removed(locked, other, unfinished):
+    results = locked.parents[2] / "results"
+    kept = [
+        *(results / "paper/growth/edge.nc", results / "paper/fig4.png", results / ".compiled"),
+        # Of `cfmpm run` and `cfmpm study`, which may be running.
+        *(results / "plate/.lock", results / "plate/.history.nc.0123abcd.part"),
+        results / "lengths/members/.part_01.npz.0123abcd.part",
+    ]
+    touch(kept)
     other.kill()
     other.wait()
-    free_stale_lock(locked.parents[1])
+    begin(locked)
     assert not locked.exists()
-
-
-def test_leavings_are_removed_and_results_are_not(tmp_path):
-    left = [tmp_path / "growth" / ".edge.nc.0123.part", tmp_path / ".fig4.png.x1" / "fig4.png"]
-    kept = [tmp_path / "growth" / "edge.nc", tmp_path / "fig4.png"]
-    for path in (*left, *kept):
-        path.parent.mkdir(exist_ok=True)
-        path.touch()
-    remove_leavings(tmp_path, tmp_path / "not_there")
-    assert not any(path.exists() for path in left)
-    assert not (tmp_path / ".fig4.png.x1").exists()
+    assert not any(path.exists() for path in unfinished)
     assert all(path.exists() for path in kept)
 
 
@@ -84,8 +111,8 @@ def test_snakemake_goes_on_after_a_kill_and_waits_for_none_that_runs(root, tmp_p
     (tmp_path / "Snakefile").write_text(
         f"import sys; sys.path.insert(0, {str(root)!r})\n"
         "from pathlib import Path\n"
-        "from workflows.lock import free_stale_lock\n"
-        "ALIVE = free_stale_lock(Path('.snakemake'))\n"
+        "from workflows.lock import clear_after_kill\n"
+        "ALIVE = clear_after_kill(Path('.snakemake'), Path('results'))\n"
         "rule wait:\n    output: 'done'\n"
         "    shell: 'touch begun; while [ ! -e go ]; do sleep 0.1; done; touch done'\n"
     )

@@ -11,8 +11,9 @@ workdir: str(ROOT)
 
 sys.path.insert(0, str(ROOT))
 
+from cfmpm.program import program_files
 from workflows.job import let_scripts_import
-from workflows.lock import free_stale_lock, remove_leavings
+from workflows.lock import clear_after_kill
 from workflows.settings import read_settings
 from workflows.studies import given_studies
 
@@ -20,11 +21,7 @@ let_scripts_import(ROOT)
 
 # The jobs of a cluster read this file too.
 if workflow.is_main_process:
-    ALIVE = free_stale_lock(ROOT / ".snakemake")
-
-
-onstart:
-    remove_leavings(ROOT / "results" / "paper", ROOT / "results" / "performance")
+    ALIVE = clear_after_kill(ROOT / ".snakemake", ROOT / "results")
 
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
@@ -44,10 +41,11 @@ SETTINGS = read_settings(config)
 PAPER = SETTINGS.section_5_1
 STUDIES = SETTINGS.growth.studies()
 
-# Results are computed again when the package changes, pictures when its plotting does.
-MODULES = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/**/*.py"))
-PLOTTING = [path for path in MODULES if path.startswith("cfmpm/plotting/")]
-PACKAGE = [path for path in MODULES if path not in PLOTTING]
+# Results are computed again when what makes them changes, pictures when plotting does.
+PACKAGE = [str(path.relative_to(ROOT)) for path in program_files()]
+PLOTTING = sorted(
+    str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/plotting/*.py")
+)
 
 
 def plain(model):

@@ -1,0 +1,15 @@
+"""Which files of this package the numbers of a result depend on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+# Commands, pictures, and what gathers results: they take numbers as they are.
+APART = ("__main__.py", "cli.py", "export.py", "plotting", "study", "summary.py")
+
+
+def program_files() -> list[Path]:
+    """Return the sources that make a result: where one changes, results are computed again."""
+    root = Path(__file__).parent
+    files = sorted(root.glob("**/*.py"))
+    return [path for path in files if path.relative_to(root).parts[0] not in APART]
