@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator
 
 from cfmpm.plotting.curves import draw_curve, draw_power
 from cfmpm.plotting.style import BLACK, panels
 from workflows.performance.pareto import pareto_front
 
-CPU = "CPU time, mesh to K [s]"
+CPU = "CPU time, mesh to values at the tip [s]"
 
 
 def draw_work_precision(data: str | Path, picture: str | Path) -> None:
@@ -25,6 +27,11 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
     picture : Path
     """
     dataset = xr.load_dataset(data)
+    grids = np.where(np.isnan(dataset.growth), "uniform", "graded")
+    named = zip(dataset.element.values, grids, dataset.formulation.values, strict=True)
+    kinds = [f"{element} {grid}, {how}".removesuffix(", total") for element, grid, how in named]
+    dataset = dataset.assign_coords(kind=("run", kinds))
+    styles = sorted(set(kinds), key=lambda kind: (kind.count(","), kind))
     shown = [
         (runs, quantity)
         for _, runs in dataset.groupby("problem")
@@ -35,7 +42,7 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
         for one, (runs, quantity) in zip(axes.flat, shown, strict=False):
             one.set_title(runs.problem.values[0])
             if quantity:
-                _draw_stationary(one, runs, quantity)
+                _draw_stationary(one, runs, quantity, styles)
                 one.set_title(f"{runs.problem.values[0]}: {quantity}")
                 one.set_ylabel(f"relative error of {quantity}")
                 one.set_xlabel(CPU)
@@ -45,6 +52,9 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
                 one.set_xlabel("CPU time of the whole path [s]")
             one.set_xscale("log")
             one.set_yscale("log")
+            one.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
+            one.xaxis.set_major_formatter("{x:g}")
+            one.xaxis.set_minor_formatter("{x:g}")
             one.legend(fontsize=7, loc="lower left")
 
 
@@ -56,15 +66,13 @@ def _quantities(default: xr.Dataset) -> list[str]:
     return [name for name in ("K_I", "K_II") if known.sel(quantity=name)] or ["G"]
 
 
-def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str) -> None:
+def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str, styles: Sequence[str]) -> None:
     error = runs.error.sel(quantity=quantity)
     own = (runs.program == "cfmpm") & np.isin(runs.part, ("solvers", "grading", "default"))
-    grids = np.where(np.isnan(runs.growth), "uniform", "graded")
-    named = zip(runs.element.values, grids, runs.formulation.values, strict=True)
-    kinds = np.array([f"{a} {b}, {c}".removesuffix(", total") for a, b, c in named])
-    for style, label in enumerate(np.unique(kinds)):
-        chosen = np.flatnonzero(own & (kinds == label) & np.isfinite(error))
-        draw_curve(axes, runs.cpu[chosen], error[chosen], label, style, line=" ")
+    for style, kind in enumerate(styles):
+        chosen = np.flatnonzero(own & (runs.kind == kind) & np.isfinite(error))
+        if chosen.size:
+            draw_curve(axes, runs.cpu[chosen], error[chosen], kind, style, line=" ")
     for element, name, style in (("T3", "P1", 4), ("T6", "P2", 5)):
         chosen = np.flatnonzero((runs.program == "scikit-fem") & (runs.element == element))
         best = chosen[pareto_front(runs.cpu[chosen], error[chosen])]
