@@ -233,6 +233,8 @@ def build_history(
     )
     for name in SPREAD:
         values = data[f"{name}_radius"][1]
+        if VARIABLES[name][1] == "degree":
+            values = np.unwrap(values, period=360.0, axis=2)
         spread = np.ptp(values, axis=2) if len(radii) > 1 else np.full(values.shape[:2], np.nan)
         data[f"{name}_spread"] = (
             _TIP,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cfmpm.body import Body
 from cfmpm.grid import Grid
-from cfmpm.remarks import balance_without_jumps, doubts_before
+from cfmpm.remarks import doubts_before, parts_of_gap
 from cfmpm.scene import Scene
 from cfmpm.simulation import Result
 
@@ -71,6 +71,7 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
             + f"residual {float(history['residual_norm']):.1e} of the largest nodal force",
         ),
         *_path_of_load(whole, history),
+        *_pressed(history),
         ("energy", f"strain energy {float(history['strain_energy']):.6g} N mm per mm"),
         (
             "time",
@@ -219,37 +220,32 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
 def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
     """What became of each tip: quantities down, tips across."""
     meanings = whole["tip_status"].attrs["flag_meanings"].split()
+    # Finite deformation has no K; G is J there.
+    ranges = {"G [N/mm]": "G"}
+    if np.isfinite(whole["K_I"]).any():
+        ranges = {"K_I [MPa mm^0.5]": "K_I", "K_II [MPa mm^0.5]": "K_II"} | ranges
+    if "delta_K" in whole:
+        ranges |= {"dK [MPa mm^0.5]": "delta_K", "da/dN [mm/cycle]": "da_dN"}
     columns = []
     for name in tips:
         tip = whole.sel(tip=name)
         steps = np.hypot(np.diff(tip["tip_x"]), np.diff(tip["tip_y"]))
         evaluated = np.flatnonzero(np.isfinite(tip["J"].values))
         first, last = (tip.isel(step=evaluated[k]) for k in (0, -1))
-        columns.append(
-            [
-                _shortened(name),
-                meanings[int(tip["tip_status"][-1])].replace("_", " at "),
-                _place(float(tip["tip_x"][0]), float(tip["tip_y"][0])),
-                _place(float(tip["tip_x"][-1]), float(tip["tip_y"][-1])),
-                f"{steps.sum():.6g}",
-                *(
-                    f"{float(first[key]):.6g} to {float(last[key]):.6g}"
-                    for key in ("K_I", "K_II", "G")
-                ),
-                f"{np.nanmax(np.abs(_apart(tip))):.1e}",
-                f"{float(first['kink_angle']):.3f}",
-                *(
-                    f"{float(first[key]):.6g} to {float(last[key]):.6g}"
-                    for key in ("delta_K", "da_dN")
-                    if key in whole
-                ),
-            ]
-        )
-    names = ["", "status", "from [mm]", "to [mm]", "path [mm]", "K_I [MPa mm^0.5]"]
-    names += ["K_II [MPa mm^0.5]", "G [N/mm]", "J / G - 1, at most"]
-    names += ["first kink angle [deg]"]
-    names += ["dK [MPa mm^0.5]", "da/dN [mm/cycle]"] if "delta_K" in whole else []
-    rows = list(zip(names, *columns, strict=True))
+        column = {
+            "": _shortened(name),
+            "status": meanings[int(tip["tip_status"][-1])].replace("_", " at "),
+            "from [mm]": _place(float(tip["tip_x"][0]), float(tip["tip_y"][0])),
+            "to [mm]": _place(float(tip["tip_x"][-1]), float(tip["tip_y"][-1])),
+            "path [mm]": f"{steps.sum():.6g}",
+        }
+        for called, key in ranges.items():
+            column[called] = f"{float(first[key]):.6g} to {float(last[key]):.6g}"
+        if "K_I" in ranges.values():
+            column["J / G - 1, at most"] = f"{np.nanmax(np.abs(_apart(tip))):.1e}"
+            column["first kink angle [deg]"] = f"{float(first['kink_angle']):.3f}"
+        columns.append(column)
+    rows = [[called, *(column[called] for column in columns)] for called in columns[0]]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join(
         "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -265,28 +261,22 @@ def _apart(tips: xr.Dataset) -> NDArray[np.float64]:
 
 def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     """How the growth went as a whole."""
-    steps = np.flatnonzero(np.isfinite(whole["load_factor"].values))
-    factor = whole["load_factor"].values[steps]
-    facts = [
-        ("ended", whole.attrs["ending"]),
-        ("increments", f"{whole.sizes['step'] - 1}"),
-    ]
-    if "cycles" in whole:
+    ending = whole.attrs["ending"]
+    facts = [("ended", ending), ("increments", f"{whole.sizes['step'] - 1}")]
+    if "cycles" in whole and not ending.startswith("fractured"):
         facts.append(("cycles", f"{float(whole['cycles'][-1]):.6g}"))
-    if np.ptp(factor) > 0.0:
-        highest = int(whole["step"][steps[factor.argmax()]])
-        facts += [
-            (
-                "load factor",
-                f"{factor[0]:.6g} at first growth, {factor.max():.6g} at most, in step {highest}",
-            ),
+    factor = np.where(np.isfinite(whole["load_factor"]), whole["load_factor"], np.nan)
+    if np.ptp(factor[np.isfinite(factor)]) > 0.0:
+        facts += _loads_of_growth(whole, factor)
+        work, spent = parts_of_gap(whole)
+        facts.append(
             (
                 "balance",
-                f"work less strain energy less g_c times new length is at most "
-                f"{np.nanmax(np.abs(balance_without_jumps(whole))):.1e} of the work"
+                f"work less strain energy less g_c times new length is at most {work:.1e} of the "
+                f"work, and at the end {spent:.1e} of g_c times new length"
                 + (", but for jumps" if (whole["jump"] > 0.0).any() else ""),
-            ),
-        ]
+            )
+        )
         lost = whole["energy_gap"].diff("step")
         facts += _list(
             "jumps",
@@ -297,6 +287,30 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
             ],
         )
     return facts
+
+
+def _pressed(last: xr.Dataset) -> list[tuple[str, str]]:
+    """What the faces of cracks do to each other."""
+    pairs = int(last["contact_pairs"])
+    if not pairs:
+        return []
+    overlap = max(0.0, -float(last["min_opening"].min()))
+    return [("contact", f"{pairs} pairs of nodes pressed together, overlap {overlap:.1e} mm")]
+
+
+def _loads_of_growth(whole: xr.Dataset, factor: NDArray[np.float64]) -> list[tuple[str, str]]:
+    """At which loads the cracks ran: factors, and the forces on what is held or pulled."""
+    grown = np.flatnonzero(np.diff(whole["crack_length"].values, axis=0).max(axis=1) > 0.0)
+    highest = int(np.nanargmax(factor))
+    first = f"{factor[grown[0]]:.6g} at first growth, " if grown.size else ""
+    facts = [("load factor", f"{first}{factor[highest]:.6g} at most, in step {highest + 1}")]
+    force = np.hypot(whole["reaction_x"], whole["reaction_y"]).transpose("boundary", ...).values
+    forces = []
+    for name, values in zip(whole["boundary"].values, force, strict=True):
+        if np.nanmax(values, initial=0.0) > 0.0:
+            at = int(np.nanargmax(values))
+            forces.append(f"{values[at]:.6g} N/mm on {name} at most, in step {at + 1}")
+    return facts + _list("force", forces)
 
 
 def _place(x: float, y: float) -> str:

@@ -103,15 +103,19 @@ class StationaryProblem(_Settings):
     """A scene whose answer is known."""
 
     scene: str
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
     exact: dict[Literal["G", "K_I", "K_II"], Positive] = Field(min_length=1)
     solvers: list[str] = Field(description="of `solved`; those not installed are left out")
-    solved: dict[str, Axes] = Field(description="grids for all solvers and for scikit-fem")
+    solved: dict[str, Axes] = Field(
+        description="grids for all solvers and, at small strain, for scikit-fem"
+    )
     axes: list[Axes] = Field(description="grids for cfmpm alone, by the solver that it chooses")
     radii: list[Length] = Field(min_length=1, description="domain radii that are compared [mm]")
 
     def all_axes(self) -> list[Axes]:
-        """Those of all solvers and those of cfmpm alone."""
-        return [*self.solved.values(), *self.axes]
+        """Those of all solvers and those of cfmpm alone, in the scene as it is run."""
+        replaced = {key: [value] for key, value in self.replaced.items()}
+        return [replaced | one for one in (*self.solved.values(), *self.axes)]
 
 
 class PathProblem(_Settings):

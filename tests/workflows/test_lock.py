@@ -122,13 +122,17 @@ def test_snakemake_goes_on_after_a_kill_and_waits_for_none_that_runs(root, tmp_p
     try:
         while not (tmp_path / "begun").exists():
             assert first.poll() is None
+        aside = tmp_path / "results/paper/.fig4.nc.0123abcd.part"
+        touch([aside])
         refused = snakemake("--cores", "1", folder=tmp_path, check=False)
         assert "cannot be locked" in refused.stdout + refused.stderr
         snakemake("--dry-run", folder=tmp_path)
         assert list((tmp_path / ".snakemake" / "locks").iterdir())
+        assert aside.exists()
     finally:
         first.kill()
         first.wait()
         (tmp_path / "go").touch()
     snakemake("--cores", "1", "--rerun-incomplete", folder=tmp_path)
     assert (tmp_path / "done").exists()
+    assert not aside.exists()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -22,6 +24,7 @@ from workflows.performance.pareto import pareto_front
 from workflows.settings import combinations, each_value
 
 EDGE = {
+    "replaced": {},
     "exact": {"G": 0.2547822},
     "solvers": ["cholmod", "rslab", "superlu", "amg"],
     "radii": [30.0, 60.0, 90.0],
@@ -43,6 +46,7 @@ EDGE = {
     ],
 }
 SHEAR = {
+    "replaced": {},
     "exact": {"G": 0.0534700, "K_I": 107.652, "K_II": 14.34706},
     "solvers": ["cholmod", "rslab", "superlu"],
     "radii": [3.0, 20.0],
@@ -63,6 +67,33 @@ SHEAR = {
         }
     ],
 }
+# Formulation and law are axes as any other: nothing but these lines knows of them.
+PULLED = {
+    "replaced": {
+        "material.law": "neo_hookean",
+        "load_steps": 2,
+        "loads": [
+            {"edge": "bottom", "displacement": {"y": -10}},
+            {"edge": "top", "displacement": {"y": 10}},
+        ],
+    },
+    "exact": {"G": 30_000.0},
+    "solvers": ["cholmod", "superlu"],
+    "radii": [50.0, 90.0],
+    "solved": {
+        "T6 uniform": {"mesh.element": ["T6"], "mesh.grading": ["uniform"], "mesh.size": [80]}
+    },
+    "axes": [
+        {
+            "mesh.element": ["T3"],
+            "mesh.size": [80],
+            "mesh.grading.tip_size": [20],
+            "formulation": ["updated"],
+            "updated.grid": ["fixed", "following"],
+            "material.law": ["neo_hookean", "ciarlet"],
+        }
+    ],
+}
 PATH = {
     "reference": "shear_plate_limit",
     "axes": [
@@ -71,6 +102,7 @@ PATH = {
             "mesh.grading": ["uniform"],
             "mesh.size": [8],
             "growth.order": [1, 2],
+            "growth.direction": ["cf"],
         },
         {"mesh.element": ["T6"], "mesh.size": [8], "fracture.refine": [4], "growth.order": [1]},
     ],
@@ -87,6 +119,7 @@ def measured(root, tmp_path_factory):
         stationary={
             "edge crack": {"scene": str(paper / "single_edge_crack.yaml"), **EDGE},
             "shear plate": {"scene": str(paper / "shear_plate.yaml"), **SHEAR},
+            "pulled plate": {"scene": str(paper / "large_strain.yaml"), **PULLED},
         },
         paths={"shear path": {"scene": str(paper / "shear_plate_growth.yaml"), **PATH}},
     )
@@ -116,6 +149,38 @@ def test_every_combination_is_a_run(measured):
     assert default.direction.item() == "max_hoop"
     radii = of(dataset, problem="edge crack", part="radius", series="T6 uniform").radius
     np.testing.assert_allclose(radii, [30, 60, 90])
+
+
+def test_formulation_and_law_are_axes(measured, tmp_path):
+    dataset = of(xr.load_dataset(measured), problem="pulled plate")
+    runs = of(dataset, part="grading")
+    pairs = zip(runs.formulation.values, runs.law.values, strict=True)
+    assert set(pairs) == {
+        (f"updated, {grid} grid, by points", law)
+        for grid in ("fixed", "following")
+        for law in ("neo_hookean", "ciarlet")
+    }
+    default = of(dataset, part="default")
+    assert (default.formulation.item(), default.law.item()) == ("total", "neo_hookean")
+    assert set(dataset.program.values) == {"cfmpm"}
+    page = tmp_path / "page.html"
+    defaults.write_defaults(measured, {}, page)
+    rows = re.findall(r"<tr.*?</tr>", page.read_text(encoding="utf-8"))
+    for axis, told in (
+        *(("formulation", "total: "), ("law", "neo_hookean: "), ("element", "T6: ")),
+        *(("grading", "graded: "), ("direction", "max_hoop: ")),
+    ):
+        assert any(f"<td>{axis}</td>" in row and f"<td>{told}" in row for row in rows), axis
+
+
+def test_what_does_not_come_to_its_load_has_no_error(root):
+    """Hencky's law under a dead load that no state balances."""
+    replaced = {"loads": [], "family.traction": 100e3, "load_steps": 4}
+    replaced |= {"mesh": {"element": "T3", "size": 80, "grading": "uniform"}}
+    scenario = load_scene(root / "configs/paper/large_strain.yaml", replaced)
+    (row,) = work_precision._solve(scenario, {"G": 1.0}, repeats=1)
+    assert row["cpu"] > 0.0
+    assert np.isnan(row["error"]).all()
 
 
 def test_both_programs_make_the_same_error(measured):
@@ -162,6 +227,8 @@ def test_figures_and_page(measured, tmp_path):
 
 def runs(cost, error, part):
     """Gradings of a problem made up for a test: T6 of one size and several tip sizes."""
+    # The problem is one that scikit-fem has solved too.
+    cost, error, part = [*cost, 1.0], [*error, 1.0], [*part, "beside"]
     n = len(cost)
     return xr.Dataset(
         {
@@ -172,14 +239,16 @@ def runs(cost, error, part):
         {
             "quantity": ["G", "J", "K_I", "K_II"],
             "problem": ("run", ["plate"] * n),
-            "program": ("run", ["cfmpm"] * n),
+            "program": ("run", ["cfmpm"] * (n - 1) + ["scikit-fem"]),
             "part": ("run", part),
             "series": ("run", [""] * n),
             "element": ("run", ["T6"] * n),
             "size": ("run", np.ones(n)),
             "tip_size": ("run", 10.0 ** -np.arange(n)),
             "growth": ("run", np.full(n, 0.3)),
+            "formulation": ("run", ["total"] * n),
         },
+        {"axes": "formulation"},
     )
 
 

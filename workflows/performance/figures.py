@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator
 
 from cfmpm.plotting.curves import draw_curve, draw_power
 from cfmpm.plotting.style import BLACK, panels
 from workflows.performance.pareto import pareto_front
 
-CPU = "CPU time, mesh to K [s]"
+CPU = "CPU time, mesh to values at the tip [s]"
 
 
 def draw_work_precision(data: str | Path, picture: str | Path) -> None:
@@ -25,41 +27,58 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
     picture : Path
     """
     dataset = xr.load_dataset(data)
-    with panels(Path(picture), (11.0, 8.6), 2, 2) as axes:
-        shown = [("edge crack", "G"), ("shear plate", "K_I"), ("shear plate", "K_II")]
-        for one, (problem, quantity) in zip(axes.flat, shown, strict=False):
-            runs = dataset.isel(run=np.flatnonzero(dataset.problem == problem))
-            _draw_stationary(one, runs, quantity)
-            one.set_title(f"{problem}: {quantity}")
-            one.set_ylabel(f"relative error of {quantity}")
-            one.set_xlabel(CPU)
-        one = axes[1, 1]
-        problem = str(dataset.problem[np.isfinite(dataset.distance)][0].item())
-        _draw_paths(one, dataset.isel(run=np.flatnonzero(dataset.problem == problem)))
-        one.set_title(problem)
-        one.set_ylabel("largest distance from the known path [mm]")
-        one.set_xlabel("CPU time of the whole path [s]")
-        for one in axes.flat:
+    grids = np.where(np.isnan(dataset.growth), "uniform", "graded")
+    named = zip(dataset.element.values, grids, dataset.formulation.values, strict=True)
+    kinds = [f"{element} {grid}, {how}".removesuffix(", total") for element, grid, how in named]
+    dataset = dataset.assign_coords(kind=("run", kinds))
+    styles = sorted(set(kinds), key=lambda kind: (kind.count(","), kind))
+    shown = [
+        (runs, quantity)
+        for _, runs in dataset.groupby("problem")
+        for quantity in _quantities(runs.sel(run=runs.part == "default"))
+    ]
+    columns = (len(shown) + 1) // 2
+    with panels(Path(picture), (5.5 * columns, 8.6), 2, columns) as axes:
+        for one, (runs, quantity) in zip(axes.flat, shown, strict=False):
+            one.set_title(runs.problem.values[0])
+            if quantity:
+                _draw_stationary(one, runs, quantity, styles)
+                one.set_title(f"{runs.problem.values[0]}: {quantity}")
+                one.set_ylabel(f"relative error of {quantity}")
+                one.set_xlabel(CPU)
+            else:
+                _draw_paths(one, runs)
+                one.set_ylabel("largest distance from the known path [mm]")
+                one.set_xlabel("CPU time of the whole path [s]")
             one.set_xscale("log")
             one.set_yscale("log")
+            one.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
+            one.xaxis.set_major_formatter("{x:g}")
+            one.xaxis.set_minor_formatter("{x:g}")
             one.legend(fontsize=7, loc="lower left")
 
 
-def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str) -> None:
+def _quantities(default: xr.Dataset) -> list[str]:
+    """What is drawn of a problem: K where it is known, else G; an empty word for a path."""
+    if np.isfinite(default.distance).any():
+        return [""]
+    known = np.isfinite(default.error.isel(run=0))
+    return [name for name in ("K_I", "K_II") if known.sel(quantity=name)] or ["G"]
+
+
+def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str, styles: Sequence[str]) -> None:
     error = runs.error.sel(quantity=quantity)
     own = (runs.program == "cfmpm") & np.isin(runs.part, ("solvers", "grading", "default"))
-    uniform = np.isnan(runs.growth)
-    style = 0
-    for element in ("T3", "T6"):
-        for label, here in (("uniform", uniform), ("graded", ~uniform)):
-            chosen = np.flatnonzero(own & (runs.element == element) & here)
-            draw_curve(axes, runs.cpu[chosen], error[chosen], f"{element} {label}", style, line=" ")
-            style += 1
+    for style, kind in enumerate(styles):
+        chosen = np.flatnonzero(own & (runs.kind == kind) & np.isfinite(error))
+        if chosen.size:
+            draw_curve(axes, runs.cpu[chosen], error[chosen], kind, style, line=" ")
     for element, name, style in (("T3", "P1", 4), ("T6", "P2", 5)):
         chosen = np.flatnonzero((runs.program == "scikit-fem") & (runs.element == element))
         best = chosen[pareto_front(runs.cpu[chosen], error[chosen])]
-        label = f"scikit-fem {name}, on the same grids"
-        draw_curve(axes, runs.cpu[best], error[best], label, style, line=" ", hollow=True)
+        if best.size:
+            label = f"scikit-fem {name}, on the same grids"
+            draw_curve(axes, runs.cpu[best], error[best], label, style, line=" ", hollow=True)
     _draw_front(axes, runs.cpu[own], error[own])
     _draw_default(axes, runs, error)
 

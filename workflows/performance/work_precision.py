@@ -1,11 +1,11 @@
-"""Error against run time: stationary cracks, by cfmpm and scikit-fem, and paths of growing ones."""
+"""Error against run time: cracks at rest, by cfmpm and scikit-fem, and paths of growing ones."""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,8 @@ from workflows.settings import combinations
 
 QUANTITIES = ("G", "J", "K_I", "K_II")
 PHASES = ("mesh", "solve", "post")
+# What a run is part of; all else that is told of it before it is run are values on axes.
+OF_RUNS = ("problem", "part", "series")
 # Leave to the program what grid and domains, and how a crack grows.
 DEFAULT: dict[str, Any] = {"mesh": {}, "fracture": {}}
 DEFAULT_GROWTH = DEFAULT | {"growth": {}}
@@ -47,8 +49,9 @@ def measure(
     Parameters
     ----------
     path : Path
-        Of the netCDF file; dimension run, with a coordinate for each value that was replaced in a
-        scene, and dimensions quantity and phase.
+        Of the netCDF file; dimension run, with a coordinate for each key of a scene on which a
+        problem has an axis, and dimensions quantity and phase. Attribute ``axes``: the names of
+        the coordinates beside element, grid and solver, parted by blanks.
     repeats : int
         Of which the fastest counts.
     stationary, paths : mapping
@@ -66,6 +69,8 @@ def measure(
     told = provenance(load_scene(next(iter(stationary.values()))["scene"]))
     attributes = {key: told[key] for key in ("Conventions", "source", "references", "versions")}
     attributes["title"] = "Error against run time"
+    named = dict.fromkeys(key for about, _ in tasks for key in about)
+    attributes["axes"] = " ".join(["formulation", *(key for key in named if key not in OF_RUNS)])
     write_dataset(_dataset(rows).assign_attrs(attributes), Path(path))
 
 
@@ -76,52 +81,62 @@ def _stationary(
     solved: Mapping[str, Mapping[str, Any]],
     axes: Sequence[Mapping[str, Any]],
     radii: Sequence[float],
+    replaced: Mapping[str, Any],
 ) -> Iterator[tuple[Row, Task]]:
     """The runs of a stationary crack, and what each is part of."""
+    read = partial(_read, scene, _beside_the_grid([*solved.values(), *axes]))
     for series, grids in solved.items():
-        for replaced in combinations(grids):
-            scenarios = [
-                load_scene(scene, {**replaced, "fracture": {}, "solver": solver})
-                for solver in solvers
-                if available(solver)
-            ]
-            about = {"part": "solvers", "series": series, **_beside_the_grid(replaced)}
+        for grid in combinations(grids):
+            here = {**replaced, **grid}
+            told, scenarios = {}, []
+            for solver in filter(available, solvers):
+                told, scenario = read({**here, "fracture": {}, "solver": solver})
+                scenarios.append(scenario)
+            about = {"part": "solvers", "series": series, **told}
             yield about, partial(_compare, scenarios, exact)
-        finest = load_scene(scene, {**replaced, "fracture.radii": list(radii)})
-        yield {"part": "radius", "series": series}, partial(_solve, finest, exact)
+        told, finest = read({**here, "fracture.radii": list(radii)})
+        yield {"part": "radius", "series": series, **told}, partial(_solve, finest, exact)
     for one in axes:
-        for replaced in combinations(one):
-            about = {"part": "grading", **_beside_the_grid(replaced)}
-            scenario = load_scene(scene, {**replaced, "fracture": {}})
-            yield about, partial(_solve, scenario, exact)
-    yield {"part": "default"}, partial(_solve, load_scene(scene, DEFAULT), exact)
+        for values in combinations(one):
+            told, scenario = read({**replaced, **values, "fracture": {}})
+            yield {"part": "grading", **told}, partial(_solve, scenario, exact)
+    told, scenario = read({**replaced, **DEFAULT})
+    yield {"part": "default", **told}, partial(_solve, scenario, exact)
 
 
 def _paths(
     scene: str, reference: str, axes: Sequence[Mapping[str, Any]]
 ) -> Iterator[tuple[Row, Task]]:
     """The runs of a growing crack."""
-    known = path_points(reference)
+    read, known = partial(_read, scene, _beside_the_grid(axes)), path_points(reference)
     for one in axes:
-        for replaced in combinations(one):
-            about = {"part": "path", **_beside_the_grid(replaced)}
-            yield about, partial(_grow, load_scene(scene, replaced), known)
-    yield {"part": "default"}, partial(_grow, load_scene(scene, DEFAULT_GROWTH), known)
+        for values in combinations(one):
+            told, scenario = read(values)
+            yield {"part": "path", **told}, partial(_grow, scenario, known)
+    told, scenario = read(DEFAULT_GROWTH)
+    yield {"part": "default", **told}, partial(_grow, scenario, known)
 
 
-def _beside_the_grid(replaced: Mapping[str, Any]) -> Row:
-    """What of a scene was replaced, but for the grid, whose numbers are told as they are."""
-    return {
-        key.split(".")[-1]: value for key, value in replaced.items() if not key.startswith("mesh.")
-    }
+def _beside_the_grid(axes: Iterable[Mapping[str, Any]]) -> list[str]:
+    """The keys on which a problem has axes, but for those that `_settled` tells in its words."""
+    keys = dict.fromkeys(key for one in axes for key in one)
+    return [key for key in keys if key.split(".")[0] not in ("mesh", "formulation", "updated")]
+
+
+def _read(scene: str, keys: Sequence[str], replaced: Mapping[str, Any]) -> tuple[Row, Scene]:
+    """A scene with values replaced, and what then stands at the keys, by their last words."""
+    scenario = load_scene(scene, replaced)
+    return {key.split(".")[-1]: reduce(getattr, key.split("."), scenario) for key in keys}, scenario
 
 
 def _compare(scenarios: Sequence[Scene], exact: Mapping[str, float], repeats: int) -> list[Row]:
-    """One grid by all solvers, and by scikit-fem."""
+    """One grid by all solvers, and by scikit-fem where strain is small."""
     rows = []
     for scenario in scenarios:
         result, found = _run(scenario, exact, repeats)
         rows += found
+    if scenario.kinematics == "finite":
+        return rows
     mesh = min(row["seconds"][0] for row in rows)
     for solver, solve in _fem_solvers().items():
         row = _solve_by_fem(result, exact, solve, repeats)
@@ -146,29 +161,35 @@ def _run(
         result = cfmpm.run(scenario)
         cpu.append(time.process_time() - start)
         runs.append(_phases(result.history))
-    step = result.history.isel(step=0, tip=0)
+    step = result.history.isel(step=-1, tip=0)
     shared = {
         "cpu": min(cpu),
         "seconds": np.min(runs, axis=0),
         "n_unknowns": int(step.n_unknowns),
         "program": "cfmpm",
         "solver": result.history.attrs["solver"],
-        **_grading(scenario),
+        **_settled(scenario),
     }
     chosen = [-1] if isinstance(scenario.fracture.radii, int) else range(step.sizes["radius"])
+    # A state on the way to the load is no answer.
+    names = QUANTITIES if step.load_factor >= 1.0 else ()
     rows = []
     for i in chosen:
-        found = {name: float(step[f"{name}_radius"][i]) for name in QUANTITIES}
+        found = {name: float(step[f"{name}_radius"][i]) for name in names}
         radius = float(step.domain_radius[i])
         rows.append(shared | {"error": _errors(found, exact), "radius": radius})
     return result, rows
 
 
-def _grading(scenario: Scene) -> Row:
-    """The numbers of a grid, which a default leaves to the program [mm]."""
+def _settled(scenario: Scene) -> Row:
+    """Formulation, and the numbers of the grid [mm], which a default leaves to the program."""
     grading = resolved_grading(scenario)
     size = mesh_size(scenario)
+    formulation, how = scenario.formulation, scenario.updated
+    if formulation == "updated":
+        formulation = f"{formulation}, {how.grid} grid, by {how.integration}"
     return {
+        "formulation": formulation,
         "element": scenario.mesh.element,
         "size": size,
         "tip_size": grading.tip_size if grading else size,
@@ -184,9 +205,11 @@ def _phases(history: xr.Dataset) -> list[float]:
 
 
 def _errors(found: Mapping[str, float], exact: Mapping[str, float]) -> list[float]:
-    """Relative errors of `QUANTITIES`; J is compared with G."""
+    """Relative errors of `QUANTITIES`, nan where unknown; J is compared with G."""
     known = {**exact, "J": exact["G"]}
-    return [abs(found[q] / known[q] - 1.0) if q in known else np.nan for q in QUANTITIES]
+    return [
+        abs(found[q] / known[q] - 1.0) if q in found and q in known else np.nan for q in QUANTITIES
+    ]
 
 
 def _fem_solvers() -> dict[str, Callable[[Any, Floats], Floats]]:
@@ -225,14 +248,12 @@ def _solve_by_fem(
         "n_unknowns": len(solution.displacement) - len(system.held),
         "error": _errors(found, exact),
         "radius": radius,
-        **_grading(scene),
+        **_settled(scene),
     }
 
 
 def _grow(scenario: Scene, known: Floats, repeats: int) -> list[Row]:
     """A path, and how far it is from the points of the known one, which lie along x."""
-    growth = scenario.growth
-    assert growth is not None
     cpu, runs = [], []
     for _ in range(repeats):
         start = time.process_time()
@@ -249,10 +270,7 @@ def _grow(scenario: Scene, known: Floats, repeats: int) -> list[Row]:
             "program": "cfmpm",
             "solver": history.attrs["solver"],
             "distance": float(np.abs(heights - known[:, 1]).max()),
-            "refine": scenario.fracture.refine,
-            "order": growth.order,
-            "direction": growth.direction,
-            **_grading(scenario),
+            **_settled(scenario),
         }
     ]
 
