@@ -11,7 +11,7 @@ import numpy as np
 from cfmpm.body import Body
 from cfmpm.equilibrium import Equilibrium
 from cfmpm.fracture import cf, criteria
-from cfmpm.fracture.domains import FILL, before_pressed_bend, sharp_bend
+from cfmpm.fracture.domains import FILL, sharp_bend
 from cfmpm.fracture.interaction import bent_faces, intensity_factors
 from cfmpm.fracture.opening import smallest_openings
 from cfmpm.grid import CrackTip, Floats, Grid, regions_ahead
@@ -61,10 +61,9 @@ def evaluate_tips(
         ahead = regions_ahead(grid, tip, tip.tangent)
         region = ahead[0]
         has_k = not (balance.finite or domain.on_border)
-        radii = before_pressed_bend(domain, grid, tip, balance.contact_force)
-        near = _Neighbourhood.of(body, gradients, balance, nodal, tip, max(radii))
+        near = _Neighbourhood.of(body, gradients, balance, nodal, tip, max(domain.radii))
         rings: list[dict[str, float]] = []
-        for radius in radii:
+        for radius in domain.radii:
             q = cf.ring_weight(near.grid, near.tip, radius)
             force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
             j = _j_integral(near, radius)
@@ -95,8 +94,8 @@ def evaluate_tips(
                     "T_stress_radius": k.T_stress,
                 }
             rings.append(ring)
-        largest = int(np.argmax(radii))
-        force = cf.domain_force(near.grid, near.nodal, near.tip, radii[largest])
+        largest = int(np.argmax(domain.radii))
+        force = cf.domain_force(near.grid, near.nodal, near.tip, domain.radii[largest])
         row: dict[str, Any] = {name: [ring[name] for ring in rings] for name in rings[0]}
         row |= {
             name.removesuffix("_radius"): value
@@ -111,7 +110,7 @@ def evaluate_tips(
             "min_opening": openings[tip.crack],
         }
         if plastic is not None:
-            radius = radii[largest]
+            radius = domain.radii[largest]
             row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
             row["J_plastic"] = cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
         if has_k:

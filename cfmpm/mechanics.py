@@ -278,6 +278,11 @@ def _rebalanced(problem: newton.Problem, last: Equilibrium) -> Equilibrium:
             raise
     # Elastic: the state does not depend on the way to it, which may begin at rest.
     afresh = newton.advance(problem, newton.at_rest(problem), last.load_factor)
+    if afresh.stopped:
+        raise SolveError(
+            f"as its crack grew, no stable state was found at load factor {last.load_factor:.6g}: "
+            f"from rest {afresh.stopped}"
+        )
     moved = afresh.displacement - last.displacement
     dead = np.where(problem.loading.prescribed, 0.0, problem.loading.force)
     work = last.load_factor * np.sum(dead * moved)

@@ -158,6 +158,11 @@ def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
         found.append("material.law: ciarlet keeps the ellipticity that points have lost.")
     if scene.formulation == "updated":
         found.append("formulation: total has no grid that a body could leave or tear.")
+    if scene.growth is not None:
+        found.append(
+            "Behind a running tip triangles are stretched most: mesh.grading: uniform and "
+            "mesh.element: T3 bear more."
+        )
     return found or ["Fewer loads, or a body that does not buckle, keep it stable."]
 
 

@@ -61,7 +61,7 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
     seconds = {str(t["phase"].values): float(t.sum()) for t in whole["wall_time"].T}
     iterations = history.attrs["linear_iterations"]
     facts = [
-        *(_growth_facts(whole) if growing else []),
+        *(_growth_facts(result) if growing else []),
         *_sizes(result),
         ("unknowns", f"{int(history['n_unknowns'])}"),
         (
@@ -70,7 +70,7 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
             + (f"{iterations} iterations, " if iterations else "")
             + f"residual {float(history['residual_norm']):.1e} of the largest nodal force",
         ),
-        *_path_of_load(whole, history),
+        *_path_of_load(whole, history)[: 1 if growing else None],
         *_pressed(history),
         ("energy", f"strain energy {float(history['strain_energy']):.6g} N mm per mm"),
         (
@@ -259,8 +259,9 @@ def _apart(tips: xr.Dataset) -> NDArray[np.float64]:
         return (tips["J"] / tips["G"] - 1.0).values
 
 
-def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
+def _growth_facts(result: Result) -> list[tuple[str, str]]:
     """How the growth went as a whole."""
+    whole, growth = result.history, result.scene.growth
     ending = whole.attrs["ending"]
     facts = [("ended", ending), ("increments", f"{whole.sizes['step'] - 1}")]
     if "cycles" in whole and not ending.startswith("fractured"):
@@ -268,6 +269,8 @@ def _growth_facts(whole: xr.Dataset) -> list[tuple[str, str]]:
     factor = np.where(np.isfinite(whole["load_factor"]), whole["load_factor"], np.nan)
     if np.ptp(factor[np.isfinite(factor)]) > 0.0:
         facts += _loads_of_growth(whole, factor)
+    # At a given load a crack jumps, and what it sets free beyond g_c is not balanced.
+    if growth is not None and growth.control == "crack":
         work, spent = parts_of_gap(whole)
         facts.append(
             (
@@ -304,7 +307,7 @@ def _loads_of_growth(whole: xr.Dataset, factor: NDArray[np.float64]) -> list[tup
     highest = int(np.nanargmax(factor))
     first = f"{factor[grown[0]]:.6g} at first growth, " if grown.size else ""
     facts = [("load factor", f"{first}{factor[highest]:.6g} at most, in step {highest + 1}")]
-    force = np.hypot(whole["reaction_x"], whole["reaction_y"]).transpose("boundary", ...).values
+    force = np.hypot(whole["reaction_x"].values, whole["reaction_y"].values).T
     forces = []
     for name, values in zip(whole["boundary"].values, force, strict=True):
         if np.nanmax(values, initial=0.0) > 0.0:

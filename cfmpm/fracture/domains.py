@@ -179,32 +179,6 @@ def _borders(grid: Grid) -> Ints:
     return grid.edge_nodes(3 * element[border] + side[border])[:, :2]
 
 
-def before_pressed_bend(
-    domains: Domains, grid: Grid, tip: CrackTip, contact_force: Floats
-) -> tuple[float, ...]:
-    """Return the radii, cut back to in front of faces that are pressed behind a sharp bend.
-
-    The integrals know the faces behind a bend as free, and those that are pressed as straight.
-
-    Parameters
-    ----------
-    domains : Domains
-    grid : Grid
-    tip : CrackTip
-    contact_force : (n, 2) float
-        That crack faces exert on each other [N/mm].
-    """
-    bend = sharp_bend(tip)
-    if not bend < max(domains.radii) or not contact_force.any():
-        return domains.radii
-    faces = np.unique(grid.edge_nodes(grid.crack_faces[tip.crack][:, 0]))
-    pressed = faces[contact_force[faces].any(axis=1)]
-    distance = np.hypot(*(grid.nodes[pressed] - grid.nodes[tip.node]).T)
-    nearest = distance[distance > (1.0 - 1e-9) * bend].min(initial=np.inf)
-    factor = min(1.0, FILL * nearest / max(domains.radii))
-    return tuple(factor * r for r in domains.radii)
-
-
 def sharp_bend(tip: CrackTip) -> float:
     """Return the distance from a tip to the nearest sharp bend of its crack [mm], or infinity.
 

@@ -20,8 +20,8 @@ from cfmpm.results import TIP_STATUS
 # not, in a curve that goes to and fro in short pieces.
 PARTS = {
     "none": (BLACK, ".", "no growth"),
-    "stable": (BLUE, "o", "stable: the load rises"),
-    "unstable": (ORANGE, "s", "unstable: the load falls"),
+    "stable": (BLUE, "o", "stable: the force rises"),
+    "unstable": (ORANGE, "s", "unstable: the force falls"),
     "snap_back": (VERMILLION, "^", "snap-back"),
     "undefined": (GREY, "x", "under the load as it is"),
 }
