@@ -118,3 +118,13 @@ def test_spread_is_the_range_over_radii(history):
     for name in results.SPREAD:
         expected = np.ptp(history[f"{name}_radius"].values, axis=2)
         np.testing.assert_array_equal(history[f"{name}_spread"].values, expected)
+
+
+def test_angles_that_go_past_half_a_turn_are_not_far_apart(history):
+    """As those of a force that points against the crack."""
+    scene = scene_from_dict(json.loads(history.attrs["config"]))
+    step = results.StepRecord(1.0, {"cf_angle_radius": np.array([[178.0, -178.0, 176.0]])}, {})
+    built = results.build_history(
+        scene, [step], tips=["tip"], radii=[1.0, 2.0, 3.0], boundaries=[], notes={}
+    )
+    assert float(built.cf_angle_spread[0, 0]) == 6.0

@@ -7,6 +7,7 @@ import pytest
 
 import cfmpm
 from cfmpm.fracture.criteria import kinked_factors
+from cfmpm.remarks import parts_of_gap
 from cfmpm.scene import scene_from_dict
 
 C = 20.0  # half length [mm]
@@ -143,3 +144,36 @@ def test_wings_turn_to_the_load_and_need_more_and_more_of_it():
     assert np.abs(angle[-4:]).max() == pytest.approx(90.0, abs=20.0)
     # While the wing has but a few elements its direction is that of the grid to 10 degrees or so.
     assert np.abs(np.diff(angle[8:])).max() < 5.0
+
+
+def test_wings_on_a_coarse_grid_are_told_by_their_energy():
+    """Pressed, nearly all work is stored: what is missing counts against what the crack took."""
+    at = C / 2 / np.sqrt(2)
+    scene = {
+        "name": "coarse",
+        "geometry": {
+            "outline": [
+                {"at": [-100, -100], "edge": "bottom"},
+                [100, -100],
+                {"at": [100, 100], "edge": "top"},
+                [-100, 100],
+            ],
+            "cracks": [{"points": [[-at, -at], [at, at]]}],
+        },
+        "material": {"E": 70e3, "nu": 0.3, "g_c": 5.0},
+        "loads": [
+            {"edge": "bottom", "traction": [0, 100]},
+            {"edge": "top", "traction": [0, -100]},
+        ],
+        "growth": {"control": "crack", "increments": 12},
+    }
+    open_by = {}
+    for refine in (None, 0.3):
+        fracture = {} if refine is None else {"refine": refine}
+        history = cfmpm.run(scene_from_dict(scene | {"fracture": fracture})).history
+        of_work, of_crack = parts_of_gap(history)
+        assert of_work < 1e-3
+        open_by[refine] = of_crack
+        told = "the balance of energy is open" in history.attrs["warnings"]
+        assert told == (of_crack > 0.05)
+    assert open_by[None] > 0.1 > 0.05 > open_by[0.3]
