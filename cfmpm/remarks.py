@@ -199,6 +199,18 @@ def unusual(scene: Scene) -> list[str]:
     return found
 
 
+def _by_finite(scene: Scene) -> str:
+    """What leads to finite deformation, with all without which the scene would be refused."""
+    growth = scene.growth
+    needs = {
+        "plane: strain": scene.plane == "strain",
+        "growth.control: load": growth is None or growth.control == "load",
+        "growth.direction: cf": growth is None or growth.direction == "cf",
+    }
+    missing = [need for need, given in needs.items() if not given]
+    return "kinematics: finite" + (f", with {' and '.join(missing)}," if missing else "")
+
+
 def _adds_up(body: Body, balance: Equilibrium) -> bool:
     """Whether the work of the loads is what is stored and what plastic flow has taken."""
     if body.motion is not None or body.scene.growth is not None:
@@ -238,7 +250,8 @@ def doubts_before(body: Body) -> list[str]:
     ):
         found.append(
             "T3 with plastic flow stays too stiff near the limit load, averaged over pairs of "
-            "triangles or not: take mesh.element: T6"
+            "triangles or not: take mesh.element: T6, which under formulation: updated goes with "
+            "grid: fixed"
         )
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
@@ -371,7 +384,7 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     if balance.finite_effect * abs(scale) > NEGLIGIBLE:
         found.append(
             f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
-            "itself (finite_effect); kinematics: finite takes it into account"
+            f"itself (finite_effect); {_by_finite(body.scene)} takes it into account"
         )
     if balance.finite and not _adds_up(body, balance):
         found.append(
@@ -411,12 +424,14 @@ def _alarms(body: Body, motion: Motion) -> Iterator[str]:
         yield (
             "triangles inside the body have lost material points (empty_elements): each is a hole "
             "or a mechanism, and its neighbours carry its volume; forces are wrong by some per "
-            "cent and more from the first of them on; updated.integration: domains has none"
+            "cent and more from the first of them on; updated.integration: domains has none, "
+            "which needs mesh.element: T3 and does not go with j2"
         )
     if motion.fill < LEAST_FILL:
         yield (
             f"material fills less than {LEAST_FILL:g} of a triangle inside the body (least_fill), "
-            "which is nearly without stiffness; updated.ghost: 0.1 stabilises it"
+            "which is nearly without stiffness; updated.ghost: 0.1, which needs mesh.element: T3, "
+            "stabilises it"
         )
     ratio = np.linalg.det(np.eye(2) + body.points.displacement_gradient).min()
     if ratio < LEAST_VOLUME:
@@ -448,5 +463,6 @@ def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Ite
             yield (
                 f"{tip.name}: the material has moved by more than a quarter of an element past the "
                 "tip of the grid (tip_drift): the crack of the grid is not where that of the "
-                "material is; updated.grid: following keeps them together"
+                "material is; updated.grid: following, which needs mesh.element: T3, keeps them "
+                "together"
             )
