@@ -36,6 +36,9 @@ DEVIATION = 5.0
 LIGAMENT = 3.0
 # How much larger than at the start the elements at a tip may become.
 COARSER = 3.0
+# Difference of J over the domain radii that is worth a warning, as a part of itself; and how small
+# it must be, as a part of the largest energy over the clearance, for J to be nothing but round-off.
+OVER_RADII, NO_J = 0.1, 1e-6
 # Differences of J from G, and of work from what it went into, that are worth one.
 J_FROM_G = 0.05
 OPEN_BALANCE = 0.02
@@ -265,6 +268,40 @@ def doubts_before(body: Body) -> list[str]:
                 "(mesh.grading.tip_size, or mesh.size)"
             )
     return found
+
+
+def doubts_of_domains(history: xr.Dataset) -> list[str]:
+    """Name the stationary tips at which J depends on the domain that it is summed over.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    list of str
+        With the steps.
+    """
+    if not history.sizes["tip"]:
+        return []
+    plastic = bool(history["J_plastic"].notnull().any())
+    J = history["J_radius"] + (history["J_plastic_radius"] if plastic else 0.0)
+    spread = J.max("radius") - J.min("radius")
+    largest = history["J"] + (history["J_plastic"] if plastic else 0.0)
+    felt = NO_J * history["strain_energy"].max() / history["clearance"]
+    far = (spread > OVER_RADII * abs(largest)) & (spread > felt)
+    what = "the sum of J and J_plastic" if plastic else "J"
+    why = (
+        "plastic flow out of proportion to the load, as in unloading, makes it so"
+        if plastic
+        else "smaller elements at the tip make it depend less"
+    )
+    return [
+        f"{name}: {_steps(far.sel(tip=name).values)} {what} differs by more than "
+        f"{100 * OVER_RADII:g} % of itself over the domain radii: J depends on the domain there: "
+        f"{why}"
+        for name in history["tip"].values[far.any("step")]
+    ]
 
 
 def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
