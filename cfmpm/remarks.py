@@ -19,6 +19,7 @@ from cfmpm.materials import LOCKING, region_materials
 from cfmpm.mechanics import NEGLIGIBLE, PLASTIC_WORK
 from cfmpm.meshing import resolved_grading
 from cfmpm.motion import Motion
+from cfmpm.patches import patch_of
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene.families import expand
 from cfmpm.scene.model import Growth, Scene
@@ -470,12 +471,21 @@ def _alarms(body: Body, motion: Motion) -> Iterator[str]:
             "which is nearly without stiffness; updated.ghost: 0.1, which needs mesh.element: T3, "
             "stabilises it"
         )
-    ratio = np.linalg.det(np.eye(2) + body.points.displacement_gradient).min()
-    if ratio < LEAST_VOLUME:
+    if _volume_ratios(body).min() < LEAST_VOLUME:
         yield (
             f"a material point has less than {LEAST_VOLUME:g} of its volume left (min_det_F): "
             "points are crushed where the grid has come apart from them"
         )
+
+
+def _volume_ratios(body: Body) -> NDArray[np.float64]:
+    """Volume over that of the reference, as the material feels it: a mean over each patch."""
+    points = body.points
+    ratio = np.linalg.det(np.eye(2) + points.displacement_gradient)
+    if body.patches is None:
+        return ratio
+    _, patch = np.unique(patch_of(body.patches, points), return_inverse=True)
+    return np.bincount(patch, points.volume * ratio) / np.bincount(patch, points.volume)
 
 
 def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[str]:
