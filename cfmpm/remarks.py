@@ -249,6 +249,11 @@ def doubts_before(body: Body) -> list[str]:
     """
     grid = body.grid
     found = [*unusual(body.scene), *body.loading.warnings]
+    if not (body.loading.force.any() or body.loading.displacement.any()):
+        found.append(
+            "nothing loads the body, so all results are zero: give loads a traction, a force or a "
+            "displacement other than zero, or a body_force"
+        )
     if body.patches is not None and any(
         material.law == "j2" for material in region_materials(body.scene, grid.region_names)
     ):

@@ -253,6 +253,13 @@ class TestCheck:
             assert "material.E: 2.1e+11 MPa is outside of 1 to 2e+06 MPa" in said
             assert "material.g_c: 2500 N/mm is outside of 0.001 to 1000 N/mm" in said
 
+    def test_says_that_nothing_loads_the_body(self, scene: Path) -> None:
+        for command in ("check", "run"):
+            assert "nothing loads" not in call(command, scene).stdout
+            result = call(command, scene, "--set", "family.traction=0")
+            assert result.exit_code == 0, result.output
+            assert "nothing loads the body" in result.stdout
+
     def test_says_which_crack_has_two_tips(self, scene: Path) -> None:
         assert "two tips" not in call("check", scene).stdout
         scene.write_text(
