@@ -161,6 +161,10 @@ class TestFailures:
         expect_failure(result, 2, "mesh.size: not of the form", "=3: not of the form")
         assert len(result.stderr.splitlines()) == 2
 
+    def test_overrides_given_twice(self, scene: Path) -> None:
+        result = call("run", scene, "--set", "material.E=1", "--set", "material.E=2")
+        expect_failure(result, 2, "override material.E: given twice")
+
     @pytest.mark.parametrize("command", ["run", "check"])
     def test_no_such_scene(self, scene: Path, command: str) -> None:
         expect_failure(call(command, "nowhere.yaml"), 2, "nowhere.yaml: no such file")
