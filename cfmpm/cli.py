@@ -452,16 +452,20 @@ def _fail(message: str, status: int) -> NoReturn:
 
 
 def _overrides(texts: list[str] | None) -> dict[str, Any]:
-    """Values by key; all texts that are not KEY=VALUE are reported at once."""
+    """Values by key, each given once; all that is wrong with the texts is reported at once."""
     from cfmpm.scene import parse_override
 
     values: dict[str, Any] = {}
     problems: list[Problem] = []
     for text in texts or []:
         try:
-            key, values[key] = parse_override(text)
+            key, value = parse_override(text)
         except SceneError as error:
             problems += error.problems
+            continue
+        if key in values:
+            problems.append(Problem("given twice", file=f"override {key}"))
+        values[key] = value
     if problems:
         raise SceneError(problems)
     return values

@@ -74,6 +74,9 @@ def evaluate_tips(
                 "cf_norm_radius": float(np.hypot(*force)),
                 "cf_angle_radius": cf.angle(force, tip),
             }
+            if plastic is not None:
+                weight = cf.ring_weight(grid, tip, radius)
+                ring["J_plastic_radius"] = cf.j_integral(plastic, weight, tip)
             if has_k:
                 faces = bent_faces(grid, balance.displacement, tip, radius, lame[region])
                 k = intensity_factors(
@@ -112,7 +115,6 @@ def evaluate_tips(
         if plastic is not None:
             radius = domain.radii[largest]
             row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
-            row["J_plastic"] = cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
         if has_k:
             k_1, k_2 = row["K_I"], row["K_II"]
             row["kink_angle"] = criteria.max_hoop_angle(k_1, k_2)

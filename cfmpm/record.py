@@ -189,12 +189,15 @@ class Record:
                 **self.notes,
                 "ending": ending,
                 "left_out": remarks.left_out(self.full, bool(self.origin.tips), finite=self.finite),
-                "warnings": list(self.warnings),
             },
         )
-        if self.full.growth is not None:
-            warnings = [*self.warnings, *remarks.doubts_of_path(history, self.full.growth)]
-            history.attrs["warnings"] = json.dumps(warnings, ensure_ascii=False)
+        growth = self.full.growth
+        found = (
+            remarks.doubts_of_domains(history)
+            if growth is None
+            else remarks.doubts_of_path(history, growth)
+        )
+        history.attrs["warnings"] = json.dumps([*self.warnings, *found], ensure_ascii=False)
         return history
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from cfmpm.materials import LOCKING, region_materials
 from cfmpm.mechanics import NEGLIGIBLE, PLASTIC_WORK
 from cfmpm.meshing import resolved_grading
 from cfmpm.motion import Motion
+from cfmpm.patches import patch_of
 from cfmpm.results import TIP_STATUS
 from cfmpm.scene.families import expand
 from cfmpm.scene.model import Growth, Scene
@@ -36,6 +37,9 @@ DEVIATION = 5.0
 LIGAMENT = 3.0
 # How much larger than at the start the elements at a tip may become.
 COARSER = 3.0
+# Difference of J over the domain radii that is worth a warning, as a part of itself; and how small
+# it must be, as a part of the largest energy over the clearance, for J to be nothing but round-off.
+OVER_RADII, NO_J = 0.1, 1e-6
 # Differences of J from G, and of work from what it went into, that are worth one.
 J_FROM_G = 0.05
 OPEN_BALANCE = 0.05
@@ -204,6 +208,18 @@ def unusual(scene: Scene) -> list[str]:
     return found
 
 
+def _by_finite(scene: Scene) -> str:
+    """What leads to finite deformation, with all without which the scene would be refused."""
+    growth = scene.growth
+    needs = {
+        "plane: strain": scene.plane == "strain",
+        "growth.control: load": growth is None or growth.control == "load",
+        "growth.direction: cf": growth is None or growth.direction == "cf",
+    }
+    missing = [need for need, given in needs.items() if not given]
+    return "kinematics: finite" + (f", with {' and '.join(missing)}," if missing else "")
+
+
 def _adds_up(body: Body, balance: Equilibrium) -> bool:
     """Whether the work of the loads is what is stored and what plastic flow has taken."""
     if body.motion is not None or body.scene.growth is not None:
@@ -238,12 +254,18 @@ def doubts_before(body: Body) -> list[str]:
     """
     grid = body.grid
     found = [*unusual(body.scene), *body.loading.warnings]
+    if not (body.loading.force.any() or body.loading.displacement.any()):
+        found.append(
+            "nothing loads the body, so all results are zero: give loads a traction, a force or a "
+            "displacement other than zero, or a body_force"
+        )
     if body.patches is not None and any(
         material.law == "j2" for material in region_materials(body.scene, grid.region_names)
     ):
         found.append(
             "T3 with plastic flow stays too stiff near the limit load, averaged over pairs of "
-            "triangles or not: take mesh.element: T6"
+            "triangles or not: take mesh.element: T6, which under formulation: updated goes with "
+            "grid: fixed"
         )
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
@@ -257,6 +279,40 @@ def doubts_before(body: Body) -> list[str]:
                 "(mesh.grading.tip_size, or mesh.size)"
             )
     return found
+
+
+def doubts_of_domains(history: xr.Dataset) -> list[str]:
+    """Name the stationary tips at which J depends on the domain that it is summed over.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    list of str
+        With the steps.
+    """
+    if not history.sizes["tip"]:
+        return []
+    plastic = bool(history["J_plastic"].notnull().any())
+    J = history["J_radius"] + (history["J_plastic_radius"] if plastic else 0.0)
+    spread = J.max("radius") - J.min("radius")
+    largest = history["J"] + (history["J_plastic"] if plastic else 0.0)
+    felt = NO_J * history["strain_energy"].max() / history["clearance"]
+    far = (spread > OVER_RADII * abs(largest)) & (spread > felt)
+    what = "the sum of J and J_plastic" if plastic else "J"
+    why = (
+        "plastic flow out of proportion to the load, as in unloading, makes it so"
+        if plastic
+        else "smaller elements at the tip make it depend less"
+    )
+    return [
+        f"{name}: {_steps(far.sel(tip=name).values)} {what} differs by more than "
+        f"{100 * OVER_RADII:g} % of itself over the domain radii: J depends on the domain there: "
+        f"{why}"
+        for name in history["tip"].values[far.any("step")]
+    ]
 
 
 def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
@@ -387,7 +443,7 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     if balance.finite_effect * abs(scale) > NEGLIGIBLE:
         found.append(
             f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
-            "itself (finite_effect); kinematics: finite takes it into account"
+            f"itself (finite_effect); {_by_finite(body.scene)} takes it into account"
         )
     if balance.finite and not _adds_up(body, balance):
         found.append(
@@ -427,19 +483,30 @@ def _alarms(body: Body, motion: Motion) -> Iterator[str]:
         yield (
             "triangles inside the body have lost material points (empty_elements): each is a hole "
             "or a mechanism, and its neighbours carry its volume; forces are wrong by some per "
-            "cent and more from the first of them on; updated.integration: domains has none"
+            "cent and more from the first of them on; updated.integration: domains has none, "
+            "which needs mesh.element: T3 and does not go with j2"
         )
     if motion.fill < LEAST_FILL:
         yield (
             f"material fills less than {LEAST_FILL:g} of a triangle inside the body (least_fill), "
-            "which is nearly without stiffness; updated.ghost: 0.1 stabilises it"
+            "which is nearly without stiffness; updated.ghost: 0.1, which needs mesh.element: T3, "
+            "stabilises it"
         )
-    ratio = np.linalg.det(np.eye(2) + body.points.displacement_gradient).min()
-    if ratio < LEAST_VOLUME:
+    if _volume_ratios(body).min() < LEAST_VOLUME:
         yield (
             f"a material point has less than {LEAST_VOLUME:g} of its volume left (min_det_F): "
             "points are crushed where the grid has come apart from them"
         )
+
+
+def _volume_ratios(body: Body) -> NDArray[np.float64]:
+    """Volume over that of the reference, as the material feels it: a mean over each patch."""
+    points = body.points
+    ratio = np.linalg.det(np.eye(2) + points.displacement_gradient)
+    if body.patches is None:
+        return ratio
+    _, patch = np.unique(patch_of(body.patches, points), return_inverse=True)
+    return np.bincount(patch, points.volume * ratio) / np.bincount(patch, points.volume)
 
 
 def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[str]:
@@ -464,5 +531,6 @@ def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Ite
             yield (
                 f"{tip.name}: the material has moved by more than a quarter of an element past the "
                 "tip of the grid (tip_drift): the crack of the grid is not where that of the "
-                "material is; updated.grid: following keeps them together"
+                "material is; updated.grid: following, which needs mesh.element: T3, keeps them "
+                "together"
             )

@@ -76,6 +76,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "critical_load_factor": (_TIP, "1", "load factor at which G_kink reaches g_c"),
     "domain_radius": (_RADIUS, "mm", "radius of the domain, as used"),
     "J_radius": (_RADIUS, "N mm-1", "domain integral along the crack tangent"),
+    "J_plastic_radius": (_RADIUS, "N mm-1", "what plastic work adds to J"),
     "G_radius": (_RADIUS, "N mm-1", "energy release rate from K_I and K_II"),
     "K_I_radius": (_RADIUS, _STRESS_INTENSITY, "stress intensity factor of mode I"),
     "K_II_radius": (_RADIUS, _STRESS_INTENSITY, "stress intensity factor of mode II"),

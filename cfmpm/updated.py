@@ -456,7 +456,8 @@ def _clipped(
         x, y = points.position[lost[0]]
         raise SolveError(
             f"{lost.size} particle domains have turned over or left the grid, the first at "
-            f"({x:.6g}, {y:.6g}) mm; make updated.margin larger, or take updated.grid: following"
+            f"({x:.6g}, {y:.6g}) mm; make updated.margin larger, or take updated.grid: following, "
+            "which needs mesh.element: T3"
         )
     volume = points.volume[owner] * area / found[owner]
     kept = np.flatnonzero(whole)

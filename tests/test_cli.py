@@ -161,6 +161,10 @@ class TestFailures:
         expect_failure(result, 2, "mesh.size: not of the form", "=3: not of the form")
         assert len(result.stderr.splitlines()) == 2
 
+    def test_overrides_given_twice(self, scene: Path) -> None:
+        result = call("run", scene, "--set", "material.E=1", "--set", "material.E=2")
+        expect_failure(result, 2, "override material.E: given twice")
+
     @pytest.mark.parametrize("command", ["run", "check"])
     def test_no_such_scene(self, scene: Path, command: str) -> None:
         expect_failure(call(command, "nowhere.yaml"), 2, "nowhere.yaml: no such file")
@@ -252,6 +256,13 @@ class TestCheck:
             said = " ".join(result.stdout.split())
             assert "material.E: 2.1e+11 MPa is outside of 1 to 2e+06 MPa" in said
             assert "material.g_c: 2500 N/mm is outside of 0.001 to 1000 N/mm" in said
+
+    def test_says_that_nothing_loads_the_body(self, scene: Path) -> None:
+        for command in ("check", "run"):
+            assert "nothing loads" not in call(command, scene).stdout
+            result = call(command, scene, "--set", "family.traction=0")
+            assert result.exit_code == 0, result.output
+            assert "nothing loads the body" in result.stdout
 
     def test_says_which_crack_has_two_tips(self, scene: Path) -> None:
         assert "two tips" not in call("check", scene).stdout

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import ClassVar
 
 import numpy as np
@@ -236,6 +237,15 @@ class TestPlasticity:
         assert float(history.J_plastic[-1, 0]) > 0.1 * float(history.J[-1, 0])
         assert np.isnan(elastic.J_plastic).all()
         assert np.isnan(elastic.plastic_work).all()
+
+    def test_unloading_makes_j_depend_on_the_domain_and_says_so(self):
+        kind = {"load_steps": [0.5, 1.0, 0.0], "fracture": {"radii": [3, 6, 10]}}
+        elastic = run(PLATE, **kind).history
+        assert "depends on the domain" not in elastic.attrs["warnings"]
+        history = run(PLATE, material=self.STEEL, **kind).history
+        told = [text for text in json.loads(history.attrs["warnings"]) if "domain there" in text]
+        assert len(told) == 1
+        assert "to 3 the sum of J and J_plastic" in told[0]
 
     def test_below_yield_it_is_hencky(self):
         loads = [

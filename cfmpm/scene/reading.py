@@ -135,6 +135,8 @@ def scene_from_document(document: Document, folder: Path) -> Scene:
     if not isinstance(data, Mapping):
         reason = f"must be a mapping with keys such as name and material; got {shown(data)}"
         raise document.error([((), reason)])
+    if "base" in data:
+        raise document.error([((), "this is a study: cfmpm study runs it")])
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:

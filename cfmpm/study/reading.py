@@ -102,6 +102,8 @@ def _study(document: Document) -> Study:
     if not isinstance(data, Mapping):
         reason = f"must be a mapping with keys such as name and base; got {shown(data)}"
         raise document.error([((), reason)])
+    if "base" not in data and "material" in data:
+        raise document.error([((), "this is a scene: cfmpm run runs it")])
     try:
         study = Study.model_validate(data)
     except ValidationError as error:

@@ -53,6 +53,26 @@ def test_writes_one_dataset_and_says_so(folder: Path) -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_a_study_and_a_scene_are_told_apart(folder: Path) -> None:
+    write_study(folder)
+    for wrong, words in (
+        (("run", "study.yaml"), "study.yaml:1:1: this is a study: cfmpm study runs it"),
+        (("study", "small.yaml"), "small.yaml:1:1: this is a scene: cfmpm run runs it"),
+    ):
+        result = CliRunner().invoke(app, wrong)
+        assert result.exit_code == 2
+        assert result.stderr.strip() == words
+
+
+@pytest.mark.parametrize("name", ["", "study.nc"])
+def test_a_study_is_not_drawn_as_a_run(name: str, folder: Path) -> None:
+    call(write_study(folder), "--workers", 1)
+    result = CliRunner().invoke(app, ["plot", str(Path("results/lengths", name))])
+    assert result.exit_code == 2
+    assert "this is a study, not one run: look at ds = xarray.open_dataset(" in result.stderr
+    assert "lengths/study.nc" in result.stderr
+
+
 def test_check_lists_the_members_and_runs_none(folder: Path) -> None:
     result = call(write_study(folder), "--check")
     assert result.exit_code == 0
