@@ -8,6 +8,7 @@ hundred times as long to import; a dataset opened by xarray needs ``import cfmpm
 from __future__ import annotations
 
 import json
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,13 +99,18 @@ class History:
     dataset : xarray.Dataset
         Of one run; of a study, one member.
 
-    Raises
-    ------
-    ValueError
-        Where the dataset is no history, or holds several runs.
+    Notes
+    -----
+    What needs a run raises ValueError where the dataset is no history, or holds several runs.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
+        self._dataset = dataset
+
+    @cached_property
+    def _history(self) -> xr.Dataset:
+        """The dataset as one run, with all dimensions of its places."""
+        dataset = self._dataset
         if "tip_x" not in dataset:
             raise ValueError("not the history of a run: it has no variable tip_x")
         several = [str(name) for name in dataset["tip_x"].dims if name not in _DIMENSIONS]
@@ -114,7 +120,7 @@ class History:
                 f"ds.isel({several[0]}=0).cfmpm"
             )
         lost = [name for name in ("step", "tip") if name not in dataset["tip_x"].dims]
-        self._history = dataset.expand_dims(lost)
+        return dataset.expand_dims(lost)
 
     @property
     def scene(self) -> Scene:

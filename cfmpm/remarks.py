@@ -24,10 +24,10 @@ from cfmpm.results import TIP_STATUS
 from cfmpm.scene.families import expand
 from cfmpm.scene.model import Growth, Scene
 
-# What materials have, widened to round numbers: Young's modulus from flexible foams (1 MPa) to
+# What materials have, widened to round numbers: Young's modulus from gels (1e-3 MPa) to
 # diamond (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and
 # Jones, Engineering Materials 1, tables of Young's modulus and of toughness.
-USUAL = {"E": (1.0, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
+USUAL = {"E": (1e-3, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
 
 # Part of the work of the loads that the energies may miss at finite deformation.
 IMBALANCE = 0.01

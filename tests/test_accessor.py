@@ -158,13 +158,14 @@ def test_a_damaged_configuration_names_the_file(result: Result, tmp_path: Path) 
 
 def test_a_dataset_of_something_else_has_no_accessor() -> None:
     with pytest.raises(ValueError, match="not the history"):
-        _ = xr.Dataset({"a": 1}).cfmpm
+        xr.Dataset({"a": 1}).cfmpm.path()
 
 
 def test_of_several_runs_one_is_to_be_chosen(result: Result) -> None:
     both = xr.concat([result.history] * 2, "E")
+    assert "plot_path" in dir(both.cfmpm)  # what an editor completes
     with pytest.raises(ValueError, match=r"choose one along E"):
-        _ = both.cfmpm
+        both.cfmpm.path()
     assert set(both.isel(E=0).cfmpm.path()) == {"left"}
 
 

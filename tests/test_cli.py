@@ -254,7 +254,7 @@ class TestCheck:
         for command in ("check", "run"):
             result = call(command, scene, "--set", "material={E: 210e9, nu: 0.3, g_c: 2500}")
             said = " ".join(result.stdout.split())
-            assert "material.E: 2.1e+11 MPa is outside of 1 to 2e+06 MPa" in said
+            assert "material.E: 2.1e+11 MPa is outside of 0.001 to 2e+06 MPa" in said
             assert "material.g_c: 2500 N/mm is outside of 0.001 to 1000 N/mm" in said
 
     def test_says_that_nothing_loads_the_body(self, scene: Path) -> None:

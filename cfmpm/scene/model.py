@@ -484,18 +484,20 @@ class Updated(Model):
     grid: Literal["fixed", "following"] = Field(
         "fixed",
         description="fixed: back to where it was after every load step, as the paper does; "
-        "following: boundary, crack faces and tips stay with the material, and the inside is "
-        "smoothed where its triangles become bad",
+        "following, which needs mesh.element: T3: boundary, crack faces and tips stay with the "
+        "material, and the inside is smoothed where its triangles become bad",
     )
     integration: Literal["points", "domains"] = Field(
         "points",
         description="points: each material point where it is, with its volume, as the paper does; "
-        "domains: by the exact parts of its domain in the triangles of the grid",
+        "domains, which needs mesh.element: T3 and no law: j2: by the exact parts of its domain in "
+        "the triangles of the grid",
     )
     ghost: Annotated[Number, Field(ge=0)] = Field(
         0.0,
         description="stabilisation of triangles that hold little material: this times E h^2 times "
-        "the squared jump of the normal gradient across their sides; 0.1 is enough",
+        "the squared jump of the normal gradient across their sides; 0.1 is enough; needs "
+        "mesh.element: T3",
     )
     smooth_below: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.2,
