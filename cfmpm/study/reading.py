@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -24,7 +25,7 @@ from cfmpm.study.layout import RESERVED
 from cfmpm.study.model import Study
 from cfmpm.versions import DECIDING, versions
 
-# How many problems of members are told: they tend to be the same.
+# How many different problems of members are told.
 MOST_TOLD = 10
 
 
@@ -139,7 +140,8 @@ def _members(
 ) -> tuple[Member, ...]:
     keys, written = _written(study, document)
     members: list[Member] = []
-    problems: list[Problem] = []
+    first: dict[Problem, str] = {}
+    many: Counter[Problem] = Counter()
     bad = 0
     for index in expansion.places(axes, only):
         overrides = dict(study.replace)
@@ -151,16 +153,22 @@ def _members(
             scene = scene_from_document(base.overridden(overrides, written), folder)
         except SceneError as error:
             bad += 1
-            if len(problems) < MOST_TOLD:
-                named = f"member {label(axes, index)}"
-                problems += [_placed(problem, named, document) for problem in error.problems]
+            for problem in dict.fromkeys(error.problems):
+                if problem in first or len(first) < MOST_TOLD:
+                    first.setdefault(problem, label(axes, index))
+                    many[problem] += 1
         else:
             members.append(Member(index, called, scene, _key(scene)))
-    if problems:
-        if len(problems) > MOST_TOLD or bad > 1:
-            total = len(members) + bad
-            reason = f"{bad} of {total} members are refused; nothing was run"
-            problems = [*problems[:MOST_TOLD], Problem(reason, file=document.root.file)]
+    if bad:
+        varied = {parse_key(key): written[key] for key in keys.values()}
+        problems = []
+        for problem, member in first.items():
+            n = many[problem]
+            named = f"member {member}" if n == 1 else f"in {n} members, such as {member}"
+            problems.append(_placed(problem, named, document, varied))
+        if bad > 1 or len(first) == MOST_TOLD:
+            reason = f"{bad} of {len(members) + bad} members are refused; nothing was run"
+            problems.append(Problem(reason, file=document.root.file))
         raise SceneError(problems)
     return tuple(members)
 
@@ -191,13 +199,21 @@ def _short(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else shown(value)
 
 
-def _placed(problem: Problem, called: str, document: Document) -> Problem:
-    """A problem of a member, told by the study file; one of the base keeps its place there."""
+def _placed(
+    problem: Problem, called: str, document: Document, varied: Mapping[Key, Place]
+) -> Problem:
+    """A problem of members, told by the study file, at the parameter that sets a part of its key.
+
+    One of the base keeps its place there, too.
+    """
     file = document.root.file
+    key = parse_key(problem.key) if problem.key else ()
+    at = next((place for of, place in varied.items() if key and of[: len(key)] == key), None)
     if problem.file == file:
-        key = f"{called}: {problem.key}" if problem.key else called
-        return Problem(problem.reason, key, file, problem.line, problem.column)
-    at = document.places["base",]
+        at = at or Place(file, problem.line, problem.column)
+        key_ = f"{called}: {problem.key}" if problem.key else called
+        return Problem(problem.reason, key_, file, at.line, at.column)
+    at = at or document.places["base",]
     return Problem(str(problem), called, file, at.line, at.column)
 
 

@@ -90,7 +90,7 @@ def test_a_bad_member_stops_all(folder: Path) -> None:
     result = call(write_study(folder, STUDY.replace("[2, 4]", "[2, 40]")))
     assert result.exit_code == 2
     assert "Traceback" not in result.output
-    assert "study.yaml:4:3: member length=40, E=100000: family.crack_length: " in result.stderr
+    assert "study.yaml:4:3: in 2 members, such as length=40, E=100000: family" in result.stderr
     assert not Path("results").exists()
 
 

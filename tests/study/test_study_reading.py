@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from study_texts import STUDY, write_study
+from study_texts import FAILING, STUDY, write_study
 
 from cfmpm.errors import Problem, SceneError
 from cfmpm.scene import load_scene
@@ -275,9 +275,7 @@ def test_a_bad_member_is_named_with_file_line_and_key(tmp_path: Path) -> None:
     problems = refused(tmp_path, STUDY.replace("[2, 4]", "[2, 40]"))
     file = str(tmp_path / "study.yaml")
     assert [str(problem) for problem in problems] == [
-        f"{file}:4:3: member length=40, E=100000: family.crack_length: "
-        "must be less than the width, 10",
-        f"{file}:4:3: member length=40, E=200000: family.crack_length: "
+        f"{file}:4:3: in 2 members, such as length=40, E=100000: family.crack_length: "
         "must be less than the width, 10",
         f"{file}: 2 of 4 members are refused; nothing was run",
     ]
@@ -290,21 +288,33 @@ def test_what_is_wrong_in_the_base_keeps_its_place_there(tmp_path: Path) -> None
     with pytest.raises(SceneError) as caught:
         load_study(path)
     told = str(caught.value.problems[0])
-    assert told.startswith(f"{path}:2:1: member length=2, E=100000: {scene}:3:")
+    assert told.startswith(f"{path}:2:1: in 4 members, such as length=2, E=100000: {scene}:3:")
     assert "material.nu: must be less than 0.5; got 0.7" in told
 
 
 def test_a_key_that_the_scene_does_not_have(tmp_path: Path) -> None:
     problems = refused(tmp_path, STUDY.replace("material.E", '"loads[0].traction"'))
     assert problems[0].line == 5
-    assert problems[0].key == "member length=2, E=100000: loads[0].traction"
+    assert problems[0].key == "in 4 members, such as length=2, E=100000: loads[0].traction"
     assert "there is no entry [0]" in problems[0].reason
 
 
 def test_few_of_many_problems_are_told(tmp_path: Path) -> None:
-    problems = refused(tmp_path, STUDY.replace("values: [2, 4]", "linspace: [20, 40, 50]"))
+    numbers = STUDY.replace("material.E, linspace: [100e3", "material.nu, linspace: [0.6")
+    problems = refused(tmp_path, numbers.replace("200e3, 2]", "0.9, 50]"))
     assert len(problems) == reading.MOST_TOLD + 1
     assert problems[-1].reason == "100 of 100 members are refused; nothing was run"
+
+
+def test_a_part_of_a_list_is_told_at_its_parameter(tmp_path: Path) -> None:
+    """The rule is about the whole crack, whose other values stand in the base."""
+    text = (
+        FAILING.split("product:")[0]
+        + 'product:\n  end: {key: "geometry.cracks[0].points[1][0]", values: [4, 14]}\n'
+    )
+    (problem,) = refused(tmp_path, text)
+    assert text.splitlines()[problem.line - 1].startswith("  end:")
+    assert problem.key.startswith("member end=14: geometry.cracks[0]")
 
 
 @pytest.mark.parametrize(
