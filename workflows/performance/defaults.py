@@ -54,8 +54,8 @@ def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: s
         "default's, which is as good as any where no line has less of both. A tip finer than the "
         "default's, a hundredth of the size, is the better choice for small strain "
         "(<code>mesh.grading.tip_size</code>). It is not the default, as the same grids serve "
-        "finite deformation, where finer tips take more steps, and Hencky's law loses its stability there "
-        "the sooner the finer they are (Fig. 8).</p>\n",
+        "finite deformation, where finer tips take more steps, and Hencky's law loses its "
+        "stability the sooner (Fig. 8).</p>\n",
         html_table(*_gradings(_of(stationary, "scikit-fem"))),
         *(
             f"<h2>{html.escape(caption)}</h2>\n{html_image(picture, caption)}\n"
