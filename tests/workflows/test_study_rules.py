@@ -155,7 +155,8 @@ def test_a_changed_program_solves_all_again(call, study, checkout) -> None:
 def test_a_bad_member_stops_before_any_job(call, study, checkout) -> None:
     study.write_text(STUDY.replace("300e3", "-1"))
     said = call(study, "--cores", "1", check=False)
-    assert f"{study}:5:3: member pull=5, E=-1: material.E: must be greater than 0" in said
+    told = "in 2 members, such as pull=5, E=-1: material.E: must be greater than 0"
+    assert f"{study}:5:3: {told}" in said
     assert not (checkout / "results" / "by_rules").exists()
 
 
