@@ -182,9 +182,10 @@ class TurningStiffness:
     """A factored stiffness, with what pressed faces add to it as they turn.
 
     Newton's method for the energy less the work of the forces p on the openings g has the
-    stiffness K - sum p d2g/du2. With the angle a and the stretch s of a crack, and its slid parts
-    weighted with p, that is K + a' w^T + w a'^T, two columns a crack: solved by the identity of
-    Sherman, Morrison and Woodbury from the factor of K alone.
+    stiffness K - sum p d2g/du2. As the openings of a crack turn by one angle a, that is
+    K + a' w^T + w a'^T, two columns a crack, where w holds the forces turned by a quarter, how far
+    they have slid, and how the faces stretch. It is solved from the factor of K alone, by the
+    identity of Sherman, Morrison and Woodbury.
 
     Parameters
     ----------
@@ -194,7 +195,7 @@ class TurningStiffness:
         In the shape in which K was assembled.
     prescribed : (n, 2) bool
     pressed : (k,) float
-        Forces of the pairs [N/mm].
+        Forces of the pairs, not all of them zero [N/mm].
 
     Raises
     ------
@@ -212,36 +213,27 @@ class TurningStiffness:
                 continue
             angle, pushed = np.zeros_like(faces.shape), np.zeros_like(faces.shape)
             angle[turning.nodes] = turning.angle_slope
-            left, right, normal = (
-                faces.pairs.left[part],
-                faces.pairs.right[part],
-                faces.pairs.normal[part],
-            )
-            along = _turned_by_quarter(normal)
-            forces = pressed[part, None] * along
+            left, right = faces.pairs.left[part], faces.pairs.right[part]
+            forces = pressed[part, None] * _turned_by_quarter(faces.pairs.normal[part])
             np.add.at(pushed, left, forces)
             np.add.at(pushed, right, -forces)
             slid = np.sum(forces * (faces.shape[left] - faces.shape[right]))
             other = 0.5 * (pressed[part] @ faces.opening[part]) * angle - pushed
             other[turning.nodes] += slid * turning.stretch_slope
             columns += [angle[~prescribed], other[~prescribed]]
-        self._columns = np.array(columns).reshape(len(columns), -1)
+        self._columns = np.array(columns)
         self._solved = np.array([factor.solve(column).x for column in columns])
-        if not columns:
-            return
-        # Of [0 1; 1 0] for each crack, which is its own inverse.
+        # [0 1; 1 0] for each crack is its own inverse.
         self._small = np.kron(np.eye(len(columns) // 2), [[0.0, 1.0], [1.0, 0.0]])
         self._small += np.einsum("ik,jk->ij", self._columns, self._solved)
-        # Haynsworth's inertia: it has as many positive eigenvalues as negative ones, or K + ...
-        # is not positive definite where K is.
+        # By Haynsworth's inertia, where K is positive definite the sum is so too if this has as
+        # many positive eigenvalues as negative ones.
         if np.count_nonzero(np.linalg.eigvalsh(self._small) > 0.0) != len(columns) // 2:
             raise NotPositiveDefiniteError("pressed crack faces slide away as they turn")
 
     def solve(self, b: Floats) -> Solution:
         """Solve for the free components, as `Factor.solve` does."""
         plain = self._factor.solve(b)
-        if not len(self._columns):
-            return plain
         part = np.linalg.solve(self._small, np.einsum("ik,k->i", self._columns, plain.x))
         return replace(plain, x=plain.x - np.einsum("ik,i->k", self._solved, part))
 
