@@ -47,7 +47,7 @@ def test_a_scene_of_your_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     Path("bracket.yaml").write_text(scene + growth)
     done = CliRunner().invoke(cli.app, ["run", "bracket.yaml", "--set", "growth.increments=2"])
     assert done.exit_code == 0, done.output
-    assert "increments: 2 were asked for" in done.output
+    assert "increments: growth.increments allows 2" in done.output
 
 
 def test_every_link_to_a_file_leads_to_one() -> None:

@@ -234,7 +234,7 @@ def ending(
             return "stopped: at no load does a tip meet the criterion"
         return "stopped: no tip meets the criterion" if last_level else ""
     if steps > growth.increments:
-        return f"increments: {growth.increments} were asked for"
+        return f"increments: growth.increments allows {growth.increments}"
     return ""
 
 

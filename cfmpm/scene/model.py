@@ -458,7 +458,7 @@ class Growth(Model):
         "domains, or, as the paper does, by point and unchanged volume",
     )
     increments: Annotated[Count, Field(ge=1, le=100_000)] = Field(
-        200, description="after how many increments to end at the latest"
+        500, description="after how many increments to end at the latest"
     )
 
 

@@ -59,7 +59,7 @@ def test_every_link_leads_to_a_heading() -> None:
         ("Load", "traction", "vector", ""),
         ("Output", "fields", "`true`, `false`", "`false`"),
         ("Centre crack", "kind", "`centre_crack`", "required"),
-        ("Growth", "increments", "whole number ≥ 1, ≤ 100000", "`200`"),
+        ("Growth", "increments", "whole number ≥ 1, ≤ 100000", "`500`"),
     ],
 )
 def test_what_a_key_takes(section: str, key: str, kind: str, default: str) -> None:
