@@ -122,12 +122,20 @@ class PathProblem(_Settings):
     """A scene whose crack grows along a path that is known."""
 
     scene: str
-    reference: str = Field(description="file of points in workflows/reference")
-    axes: list[Axes]
+    replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
+    reference: str = Field(description="file of points of the path in workflows/reference")
+    tip: str | None = Field(None, description="whose path; by default that of the first tip")
+    release: str | None = Field(
+        None, description="file of x and G along the path in workflows/reference, if known"
+    )
+    axes: list[Axes] = Field(
+        description="grids and ways to grow; ways are compared on the grids that have run in all"
+    )
 
     def all_axes(self) -> list[Axes]:
-        """As given."""
-        return self.axes
+        """In the scene as it is run."""
+        replaced = {key: [value] for key, value in self.replaced.items()}
+        return [replaced | one for one in self.axes]
 
 
 class WorkPrecision(_Settings):

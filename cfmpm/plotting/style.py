@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any
 
 import matplotlib
@@ -77,7 +78,7 @@ def panels(path: Path, size: tuple[float, float], rows: int, columns: int) -> It
         axes = figure.subplots(rows, columns, squeeze=False)
         yield axes
         if axes.size > 1:
-            for letter, one in zip("abcdefghij", axes.flat, strict=False):
+            for letter, one in zip(ascii_lowercase, axes.flat, strict=False):
                 one.set_title(f"({letter}) {one.get_title(loc='left')}")
         write_figure(figure, path)
 

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from cfmpm.grid import Floats
 from workflows.page import html_image, html_page, html_table, write_text
 from workflows.performance.pareto import pareto_front
 
 # Of equal price is what takes up to a tenth more time; better is what makes half the error.
 SAME_PRICE, BETTER = 1.1, 0.5
 KNOWN = ("G", "K_I", "K_II")
+GRID = ("element", "size", "tip_size", "growth", "refine")
+Way = tuple[str, ...]
 
 
 def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: str | Path) -> None:
@@ -33,30 +37,29 @@ def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: s
     parts = [
         "<p>Each default against all that was measured: the least error for at most its CPU time "
         f"(and a tenth), and the least time for at most its error. Another one is called better "
-        f"if for that price it makes less than {BETTER:g} of the error.</p>\n",
+        f"if for that price it makes less than {BETTER:g} of the error; a default <q>stays</q> "
+        "where another makes less, but not that much less.</p>\n",
         html_table(*_against_the_best(dataset)),
-        "<h2>Element, grading, formulation, growth</h2>\n<p>The least error that is to be had with "
+        "<h2>Numbers of the grading</h2>\n<p>Of all gradings those that no other one beats, "
+        "over all problems with a crack at rest together, small strain and finite: CPU time by the "
+        "geometric mean, error by the worst quantity of the worst problem, both relative to the "
+        "default's.</p>\n",
+        html_table(*_gradings(stationary)),
+        "<h2>Element, grading, formulation</h2>\n<p>The least error that is to be had with "
         "each value for at most the CPU time of the default (and a tenth), whatever else is chosen "
-        "with it; in brackets how many of its runs, whatever they cost, came to their load. From "
-        "the lines that say <q>best</q> the default follows. Where it <q>stays</q>, another makes "
-        "less, but more than half of the error: these curves do not decide. Direction and order "
-        "of growth are such, and chosen for paths that pass by holes or run straight. The grids "
-        "of the path are of one size everywhere or refined as the tip runs; the default alone is "
-        "graded from the start.</p>\n",
+        "with it; in brackets how many of its runs, whatever they cost, came to their load. The "
+        "grids of the paths are of one size everywhere, refined as the tip runs or not; the "
+        "default alone is graded from the start.</p>\n",
         html_table(*_values_of_axes(dataset)),
+        "<h2>How a crack grows</h2>\n<p>On one grid the error of a path is partly luck. So each "
+        "way to grow is compared with the default on every grid that was run in all ways: error "
+        "relative to the default's, the geometric mean over the grids of a problem, and over all "
+        "problems. In brackets the least and the greatest on one grid.</p>\n",
+        html_table(*_ways(dataset)),
         "<h2>Solver and domain radius</h2>\n<p>The default solver follows from the times on the "
         "largest grid of each kind: the one that is chosen against the fastest. The radius follows "
         "from the errors there: at the one that is chosen against the least at any.</p>\n",
         html_table(*_solver_and_radius(stationary)),
-        "<h2>Numbers of the grading</h2>\n<p>Of all gradings those that no other one beats, "
-        "over the problems of small strain together, which scikit-fem solves too: CPU time by the "
-        "geometric mean, error by the worst quantity of the worst problem, both relative to the "
-        "default's, which is as good as any where no line has less of both. A tip finer than the "
-        "default's, a hundredth of the size, is the better choice for small strain "
-        "(<code>mesh.grading.tip_size</code>). It is not the default, as the same grids serve "
-        "finite deformation, where finer tips take more steps, and Hencky's law loses its "
-        "stability the sooner (Fig. 8).</p>\n",
-        html_table(*_gradings(_of(stationary, "scikit-fem"))),
         *(
             f"<h2>{html.escape(caption)}</h2>\n{html_image(picture, caption)}\n"
             for caption, picture in pictures.items()
@@ -65,53 +68,71 @@ def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: s
     write_text(html_page("Defaults by error against run time", "".join(parts)), page)
 
 
-def _of(dataset: xr.Dataset, program: str) -> xr.Dataset:
-    """The problems that a program has solved."""
-    solved = dataset.problem[dataset.program == program]
-    return dataset.isel(run=np.flatnonzero(dataset.problem.isin(solved)))
+def worst_error(runs: xr.Dataset) -> Floats:
+    """The largest error of the quantities known, (run,)."""
+    return runs.error.sel(quantity=list(KNOWN)).max("quantity").values
 
 
-def worst_error(runs: xr.Dataset) -> xr.DataArray:
-    """The largest error of the quantities known, or the distance of a path, (run,)."""
-    return runs.error.sel(quantity=list(KNOWN)).max("quantity").fillna(runs.distance)
+@dataclass(frozen=True)
+class Measured:
+    """The runs of a problem by cfmpm at the radius that it chooses."""
+
+    problem: str
+    of: str  # what the error is of
+    runs: xr.Dataset
+    error: Floats
+    default: int  # which run
 
 
-def _problems(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset, int]]:
-    """The runs of each problem by cfmpm at the radius that it chooses, and which is the default."""
+def _measured(dataset: xr.Dataset) -> Iterator[Measured]:
+    """All problems; one with a path has its errors apart from those of the values along it."""
     for problem in dict.fromkeys(dataset.problem.values):
         here = (dataset.problem == problem) & (dataset.program == "cfmpm")
         runs = dataset.isel(run=np.flatnonzero(here & (dataset.part != "radius")))
-        (default,) = np.flatnonzero(runs.part == "default")
-        yield str(problem), runs, int(default)
+        (default,) = (int(i) for i in np.flatnonzero(runs.part == "default"))
+        along = ""
+        if np.isfinite(runs.distance[default]):
+            along = " along the path"
+            yield Measured(str(problem), "the path [mm]", runs, runs.distance.values, default)
+        error = worst_error(runs)
+        if np.isfinite(error[default]):
+            known = [q for q in KNOWN if np.isfinite(runs.error.sel(quantity=q)[default])]
+            yield Measured(str(problem), " and ".join(known) + along, runs, error, default)
 
 
 def _against_the_best(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
     """A line for each problem: its default, what is better for that price, what is cheaper."""
     head = ["problem", "error of", "default", "best for its price", "cheapest as good", "verdict"]
     rows, classes = [], []
-    for problem, runs, default in _problems(dataset):
-        error, cost = worst_error(runs).values, runs.cpu.values
+    for one in _measured(dataset):
+        error, cost, default = one.error, one.runs.cpu.values, one.default
         affordable = np.flatnonzero(cost <= SAME_PRICE * cost[default])
         best = affordable[np.nanargmin(error[affordable])]
         as_good = np.flatnonzero(error <= error[default])
         cheapest = as_good[np.argmin(cost[as_good])]
         beaten = error[best] < BETTER * error[default]
-        of = "the path [mm]" if np.isfinite(runs.distance[default]) else "the worst of G, K_I, K_II"
-        cells = [_told(runs.isel(run=i), error[i]) for i in (default, best, cheapest)]
-        rows.append([problem, of, *cells, "another is better" if beaten else "stays"])
+        cells = [_told(one.runs.isel(run=i), error[i]) for i in (default, best, cheapest)]
+        rows.append([one.problem, one.of, *cells, _verdict(not beaten)])
         classes.append("no" if beaten else "yes")
     return head, rows, classes
 
 
+def _verdict(stays: bool) -> str:
+    return "stays" if stays else "another is better"
+
+
 def _values_of_axes(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
     """A line for each axis of each problem: the least error by each value for the same price."""
-    head = ["axis", "problem", "default", "others", "verdict"]
+    head = ["axis", "problem", "error of", "default", "others", "verdict"]
     rows, classes = [], []
+    ways = dataset.attrs["ways"].split()
+    axes = [axis for axis in dataset.attrs["axes"].split() if axis not in ways]
     grading = np.where(np.isnan(dataset.growth), "uniform", "graded")
     dataset = dataset.assign_coords(grading=("run", grading))
-    for axis in ("element", "grading", *dataset.attrs["axes"].split()):
-        for problem, runs, default in _problems(dataset):
-            error, values = worst_error(runs).values, runs[axis].values
+    for axis in ("element", "grading", *axes):
+        for one in _measured(dataset):
+            runs, error, default = one.runs, one.error, one.default
+            values = runs[axis].values
             chosen = values[default]
             others = [value for value in dict.fromkeys(values) if value not in (chosen, "")]
             if chosen != chosen or not others:  # left to the program, or no axis of this problem
@@ -128,10 +149,51 @@ def _values_of_axes(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], li
             verdict, mark = "best", "yes"
             if least[0] > min(least[1:]):
                 stays = BETTER * least[0] <= min(least[1:])
-                verdict, mark = ("stays", "in-part") if stays else ("another is better", "no")
-            rows.append([axis, problem, told[0], "; ".join(told[1:]), verdict])
+                verdict, mark = _verdict(stays), "in-part" if stays else "no"
+            rows.append([axis, one.problem, one.of, told[0], "; ".join(told[1:]), verdict])
             classes.append(mark)
     return head, rows, classes
+
+
+def _ways(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
+    """A line for each way to grow: its error on the same grids relative to the default's."""
+    names = dataset.attrs["ways"].split()
+    ratios: dict[Way, dict[str, Floats]] = {}
+    for one in _measured(dataset):
+        paths = np.flatnonzero(one.runs.part == "path")
+        if not paths.size:
+            continue
+        keys = [
+            tuple(str(one.runs[name].values[i]) for name in names) for i in range(len(one.error))
+        ]
+        chosen = keys[one.default]
+        by_grid: dict[Way, dict[Way, float]] = {}
+        for i in paths:
+            grid = tuple(str(one.runs[name].values[i]) for name in GRID)
+            by_grid.setdefault(grid, {})[keys[i]] = one.error[i]
+        ways = dict.fromkeys(keys[i] for i in paths)
+        whole = [errors for errors in by_grid.values() if errors.keys() >= {chosen, *ways}]
+        if not whole:
+            continue
+        for way in ways:
+            found = np.array([errors[way] / errors[chosen] for errors in whole])
+            ratios.setdefault(way, {})[f"{one.problem}: {one.of}"] = found
+    problems = list(dict.fromkeys(problem for of in ratios.values() for problem in of))
+    rows, classes = [], []
+    for way, of in ratios.items():
+        means = {problem: float(np.exp(np.log(found).mean())) for problem, found in of.items()}
+        cells = [
+            f"{means[problem]:.2f} ({of[problem].min():.2f} to {of[problem].max():.2f}, "
+            f"{of[problem].size} grids)"
+            if problem in of
+            else ""
+            for problem in problems
+        ]
+        mean = float(np.exp(np.mean(np.log(list(means.values())))))
+        told = "the default" if way == chosen else _verdict(mean >= BETTER)
+        rows.append([*way, *cells, f"{mean:.2f}", told])
+        classes.append("yes" if mean >= BETTER else "no")
+    return [*names, *problems, "all", "verdict"], rows, classes
 
 
 def _told(run: xr.Dataset, error: float) -> str:
@@ -163,7 +225,7 @@ def _solver_and_radius(dataset: xr.Dataset) -> tuple[list[str], list[list[str]],
         solver = str(runs.solver[radii[0]].item())
         (chosen,) = solved[(runs.solver[solved] == solver).values]
         fastest = solved[np.argmin(runs.cpu.values[solved])]
-        error = worst_error(runs).values
+        error = worst_error(runs)
         best = radii[np.argmin(error[radii])]
         stays = (
             runs.cpu[chosen] <= SAME_PRICE * runs.cpu[fastest]
@@ -177,22 +239,24 @@ def _solver_and_radius(dataset: xr.Dataset) -> tuple[list[str], list[list[str]],
                     for i in (chosen, fastest)
                 ),
                 *(f"{float(runs.radius[i]):.3g} mm: {error[i]:.1e}" for i in (chosen, best)),
-                "stays" if stays else "another is better",
+                _verdict(stays),
             ]
         )
         classes.append("yes" if stays else "no")
     return head, rows, classes
 
 
-def _gradings(dataset: xr.Dataset) -> tuple[list[str], list[list[str]]]:
+def _gradings(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
     """The gradings that no other beats, relative to the default's."""
-    ratios: dict[tuple[str, float, float, float], list[tuple[float, float]]] = {}
-    problems = dict.fromkeys(dataset.problem.values)
-    for problem in problems:
-        runs = dataset.isel(run=np.flatnonzero(dataset.problem == problem))
-        error = worst_error(runs).values
-        (default,) = np.flatnonzero(runs.part == "default")
-        for i in np.flatnonzero(np.isin(runs.part, ("grading", "default"))):
+    ratios: dict[tuple[str, float, float, float], dict[str, tuple[float, float]]] = {}
+    problems = list(_measured(dataset))
+    for one in problems:
+        runs, default = one.runs, one.default
+        here = np.isin(runs.part, ("grading", "default")) & np.isfinite(runs.growth.values)
+        for name in dataset.attrs["axes"].split():  # of everything else what the default has
+            values = runs[name].values.astype(str)
+            here &= values == values[default]
+        for i in (*np.flatnonzero(here), default):
             size = float(runs["size"][i])
             # Sizes of the problems are parts of their bodies, up to rounding.
             key = (
@@ -201,14 +265,19 @@ def _gradings(dataset: xr.Dataset) -> tuple[list[str], list[list[str]]]:
                 float(f"{float(runs.tip_size[i]) / size:.1g}"),
                 float(runs.growth[i]),
             )
-            ratio = float(runs.cpu[i] / runs.cpu[default]), float(error[i] / error[default])
-            ratios.setdefault(key, []).append(ratio)
-    common = [key for key, found in ratios.items() if len(found) >= len(problems)]
-    cost = [np.exp(np.mean([np.log(c) for c, _ in ratios[key]])) for key in common]
-    error = [max(e for _, e in ratios[key]) for key in common]
-    head = ["element", "size / default's", "tip size / size", "growth", "CPU time", "error"]
-    rows: Sequence[list[str]] = [
-        [*(f"{value}" for value in common[i]), f"{cost[i]:.2f}", f"{error[i]:.3f}"]
-        for i in pareto_front(cost, error)
-    ]
-    return head, list(rows)
+            ratio = float(runs.cpu[i] / runs.cpu[default]), one.error[i] / one.error[default]
+            ratios.setdefault(key, {})[one.problem] = ratio
+    chosen = key
+    common = [key for key, found in ratios.items() if len(found) == len(problems)]
+    cost = [np.exp(np.mean([np.log(c) for c, _ in ratios[key].values()])) for key in common]
+    error = [max(e for _, e in ratios[key].values()) for key in common]
+    shown = {*pareto_front(cost, error), common.index(chosen)}
+    head = ["element", "size / default's", "tip size / size", "growth", "CPU time", "error", ""]
+    rows, classes = [], []
+    for i in sorted(shown, key=lambda i: cost[i]):
+        better = cost[i] <= SAME_PRICE and error[i] < BETTER
+        told = "the default" if common[i] == chosen else "better" if better else ""
+        numbers = [f"{value}" for value in common[i]]
+        rows.append([*numbers, f"{cost[i]:.2f}", f"{error[i]:.3f}", told])
+        classes.append("no" if better else "yes")
+    return head, rows, classes

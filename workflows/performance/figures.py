@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ CPU = "CPU time, mesh to values at the tip [s]"
 
 
 def draw_work_precision(data: str | Path, picture: str | Path) -> None:
-    """Draw the error of each problem against CPU time, the best for its price, and the defaults.
+    """Draw errors of cracks at rest against CPU time, the best for its price, and the defaults.
 
     Parameters
     ----------
@@ -27,6 +28,7 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
     picture : Path
     """
     dataset = xr.load_dataset(data)
+    dataset = dataset.isel(run=np.flatnonzero(np.isnan(dataset.distance)))
     grids = np.where(np.isnan(dataset.growth), "uniform", "graded")
     named = zip(dataset.element.values, grids, dataset.formulation.values, strict=True)
     kinds = [f"{element} {grid}, {how}".removesuffix(", total") for element, grid, how in named]
@@ -37,31 +39,53 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
         for _, runs in dataset.groupby("problem")
         for quantity in _quantities(runs.sel(run=runs.part == "default"))
     ]
-    columns = (len(shown) + 1) // 2
+    with _plots(picture, len(shown)) as axes:
+        for one, (runs, quantity) in zip(axes, shown, strict=True):
+            _draw_stationary(one, runs, quantity, styles)
+            one.set_title(f"{runs.problem.values[0]}: {quantity}")
+            one.set_ylabel(f"relative error of {quantity}")
+            one.set_xlabel(CPU)
+            one.legend(fontsize=7, loc="lower left")
+
+
+def draw_paths(data: str | Path, picture: str | Path) -> None:
+    """Draw the error of each path, and of G along it where that is known, against CPU time."""
+    dataset = xr.load_dataset(data)
+    dataset = dataset.isel(run=np.flatnonzero(np.isfinite(dataset.distance)))
+    shown = []
+    for problem, runs in dataset.groupby("problem"):
+        shown.append((problem, "distance from the known path [mm]", runs, runs.distance))
+        G = runs.error.sel(quantity="G")
+        if np.isfinite(G).any():
+            shown.append((f"{problem}: G", "largest relative error of G along the path", runs, G))
+    with _plots(picture, len(shown)) as axes:
+        for one, (title, told, runs, error) in zip(axes, shown, strict=True):
+            _draw_ways(one, runs, error)
+            one.set_title(title)
+            one.set_ylabel(told)
+            one.set_xlabel("CPU time of the whole path [s]")
+            one.legend(fontsize=7, loc="lower left")
+
+
+@contextmanager
+def _plots(picture: str | Path, number: int) -> Iterator[list[Axes]]:
+    """Open a figure of plots with two logarithmic axes."""
+    columns = (number + 1) // 2
     with panels(Path(picture), (5.5 * columns, 8.6), 2, columns) as axes:
-        for one, (runs, quantity) in zip(axes.flat, shown, strict=False):
-            one.set_title(runs.problem.values[0])
-            if quantity:
-                _draw_stationary(one, runs, quantity, styles)
-                one.set_title(f"{runs.problem.values[0]}: {quantity}")
-                one.set_ylabel(f"relative error of {quantity}")
-                one.set_xlabel(CPU)
-            else:
-                _draw_paths(one, runs)
-                one.set_ylabel("largest distance from the known path [mm]")
-                one.set_xlabel("CPU time of the whole path [s]")
+        plots = list(axes.flat)
+        for empty in plots[number:]:
+            empty.set_visible(False)
+        yield plots[:number]
+        for one in plots[:number]:
             one.set_xscale("log")
             one.set_yscale("log")
             one.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
             one.xaxis.set_major_formatter("{x:g}")
             one.xaxis.set_minor_formatter("{x:g}")
-            one.legend(fontsize=7, loc="lower left")
 
 
 def _quantities(default: xr.Dataset) -> list[str]:
-    """What is drawn of a problem: K where it is known, else G; an empty word for a path."""
-    if np.isfinite(default.distance).any():
-        return [""]
+    """What is drawn of a crack at rest: K where it is known, else G."""
     known = np.isfinite(default.error.isel(run=0))
     return [name for name in ("K_I", "K_II") if known.sel(quantity=name)] or ["G"]
 
@@ -83,21 +107,20 @@ def _draw_stationary(axes: Axes, runs: xr.Dataset, quantity: str, styles: Sequen
     _draw_default(axes, runs, error)
 
 
-def _draw_paths(axes: Axes, runs: xr.Dataset) -> None:
-    style = 0
-    for element in ("T3", "T6"):
-        for order in (1, 2):
-            for refined in (False, True):
-                here = (runs.element == element) & (runs.order == order)
-                here &= np.isfinite(runs.refine) == refined
-                chosen = np.flatnonzero(here & (runs.part == "path"))
-                if chosen.size:
-                    label = f"{element}, order {order}{', refined at the tip' if refined else ''}"
-                    x, y = runs.cpu[chosen], runs.distance[chosen]
-                    draw_curve(axes, x, y, label, style, line=" ")
-                    style += 1
-    _draw_front(axes, runs.cpu, runs.distance)
-    _draw_default(axes, runs, runs.distance)
+def _draw_ways(axes: Axes, runs: xr.Dataset, error: xr.DataArray) -> None:
+    """By direction and order; open marks are T3."""
+    ways = dict.fromkeys(zip(runs.direction.values, runs.order.values, strict=True))
+    for style, (direction, order) in enumerate(sorted(ways)):
+        for element, hollow in (("T6", False), ("T3", True)):
+            here = (runs.direction == direction) & (runs.order == order)
+            here &= (runs.element == element) & (runs.part == "path")
+            chosen = np.flatnonzero(here)
+            if chosen.size:
+                label = f"{direction}, order {order:g}, {element}"
+                x, y = runs.cpu[chosen], error[chosen]
+                draw_curve(axes, x, y, label, style, line=" ", hollow=hollow)
+    _draw_front(axes, runs.cpu, error)
+    _draw_default(axes, runs, error)
 
 
 def _draw_front(axes: Axes, cost: xr.DataArray, error: xr.DataArray) -> None:

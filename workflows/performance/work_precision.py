@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import CubicSpline
 from scipy.sparse import csr_array
+from shapely import LineString, distance, points
 from skfem import solver_direct_scipy
 
 import cfmpm
@@ -50,8 +52,9 @@ def measure(
     ----------
     path : Path
         Of the netCDF file; dimension run, with a coordinate for each key of a scene on which a
-        problem has an axis, and dimensions quantity and phase. Attribute ``axes``: the names of
-        the coordinates beside element, grid and solver, parted by blanks.
+        problem has an axis, and dimensions quantity and phase. Attributes, parted by blanks:
+        ``axes``, the names of the coordinates beside element, grid and solver; ``ways``, those of
+        them that are keys of growth.
     repeats : int
         Of which the fastest counts.
     stationary, paths : mapping
@@ -71,6 +74,9 @@ def measure(
     attributes["title"] = "Error against run time"
     named = dict.fromkeys(key for about, _ in tasks for key in about)
     attributes["axes"] = " ".join(["formulation", *(key for key in named if key not in OF_RUNS)])
+    grown = (key for problem in paths.values() for one in problem["axes"] for key in one)
+    ways = dict.fromkeys(key.split(".")[-1] for key in grown if key.startswith("growth."))
+    attributes["ways"] = " ".join(ways)
     write_dataset(_dataset(rows).assign_attrs(attributes), Path(path))
 
 
@@ -105,16 +111,23 @@ def _stationary(
 
 
 def _paths(
-    scene: str, reference: str, axes: Sequence[Mapping[str, Any]]
+    scene: str,
+    reference: str,
+    axes: Sequence[Mapping[str, Any]],
+    replaced: Mapping[str, Any],
+    tip: str | None,
+    release: str | None,
 ) -> Iterator[tuple[Row, Task]]:
     """The runs of a growing crack."""
-    read, known = partial(_read, scene, _beside_the_grid(axes)), path_points(reference)
+    read = partial(_read, scene, _beside_the_grid(axes))
+    known = path_points(reference)
+    grow = partial(_grow, known=known, tip=tip, release=release and path_points(release))
     for one in axes:
         for values in combinations(one):
-            told, scenario = read(values)
-            yield {"part": "path", **told}, partial(_grow, scenario, known)
-    told, scenario = read(DEFAULT_GROWTH)
-    yield {"part": "default", **told}, partial(_grow, scenario, known)
+            told, scenario = read({**replaced, **values})
+            yield {"part": "path", **told}, partial(grow, scenario)
+    told, scenario = read({**replaced, **DEFAULT_GROWTH})
+    yield {"part": "default", **told}, partial(grow, scenario)
 
 
 def _beside_the_grid(axes: Iterable[Mapping[str, Any]]) -> list[str]:
@@ -252,27 +265,36 @@ def _solve_by_fem(
     }
 
 
-def _grow(scenario: Scene, known: Floats, repeats: int) -> list[Row]:
-    """A path, and how far it is from the points of the known one, which lie along x."""
+def _grow(
+    scenario: Scene,
+    repeats: int,
+    *,
+    known: Floats,
+    tip: str | None,
+    release: Floats | None,
+) -> list[Row]:
+    """A path, how far it is from known points of it, and how far off G is along it."""
     cpu, runs = [], []
     for _ in range(repeats):
         start = time.process_time()
         history = cfmpm.run(scenario).history
         cpu.append(time.process_time() - start)
         runs.append(_phases(history))
-    tip = history.isel(tip=0)
-    heights = np.interp(known[:, 0], tip.tip_x, tip.tip_y, right=np.nan)
-    return [
-        {
-            "cpu": min(cpu),
-            "seconds": np.min(runs, axis=0),
-            "n_unknowns": int(history.n_unknowns[0]),
-            "program": "cfmpm",
-            "solver": history.attrs["solver"],
-            "distance": float(np.abs(heights - known[:, 1]).max()),
-            **_settled(scenario),
-        }
-    ]
+    of_tip = history.isel(tip=0) if tip is None else history.sel(tip=tip)
+    path = LineString(np.column_stack([of_tip.tip_x, of_tip.tip_y]))
+    row = {
+        "cpu": min(cpu),
+        "seconds": np.min(runs, axis=0),
+        "n_unknowns": int(history.n_unknowns[0]),
+        "program": "cfmpm",
+        "solver": history.attrs["solver"],
+        "distance": float(distance(path, points(known)).max()),
+        **_settled(scenario),
+    }
+    if release is not None:
+        G = CubicSpline(*release.T, extrapolate=False)(of_tip.tip_x)
+        row["error"] = [float(np.nanmax(np.abs(of_tip.G / G - 1.0))), *[np.nan] * 3]
+    return [row]
 
 
 def _dataset(rows: Sequence[Row]) -> xr.Dataset:
@@ -300,7 +322,7 @@ def _dataset(rows: Sequence[Row]) -> xr.Dataset:
             "distance": (
                 "run",
                 _column(rows, "distance"),
-                _said("mm", "largest distance of the path from the points known"),
+                _said("mm", "largest distance of the points known from the path"),
             ),
             "n_unknowns": (
                 "run",

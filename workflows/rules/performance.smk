@@ -46,6 +46,12 @@ rule work_precision_figures:
             category="Performance",
             labels={"figure": "work and precision", "shows": "error against CPU time"},
         ),
+        paths=report(
+            "results/performance/paths.png",
+            caption="../report/paths.rst",
+            category="Performance",
+            labels={"figure": "paths", "shows": "error of growing cracks against CPU time"},
+        ),
         grading=report(
             "results/performance/grading.png",
             caption="../report/grading.rst",
