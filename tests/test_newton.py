@@ -53,7 +53,8 @@ def test_newton_is_quadratic():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(newton, "FIRST_STRAIN", 1.0)
         patch.setattr(newton, "STRETCH_JUMP", 10.0)
-        result = run(PLATE)
+        mesh = {**PLATE["mesh"], "grading": {"tip_size": 0.08, "growth": 0.3}}
+        result = run(PLATE, mesh=mesh)
     assert result.balance.substeps == 1
     seen = np.array(result.balance.residuals)
     # Above round-off the logarithm of each residual is twice that of the one before, and more.
@@ -365,8 +366,8 @@ def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
         assert np.isfinite(history.strain_energy).all()
         reached.append(float(history.load_factor[-1]))
     assert (1 - 12.5 / 50) * reached[0] < reached[1] < reached[0]
-    # As the plate gives way faces slide by millimetres, and turn.
-    assert (history.min_opening > -1e-9).all()
+    # As the plate gives way faces slide by millimetres, and turn; equilibrium is as exact as asked.
+    assert (history.min_opening > -newton.RESIDUAL * 12).all()
     assert (history.contact_pairs > 0).all()
 
 

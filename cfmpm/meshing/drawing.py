@@ -247,5 +247,6 @@ def _seeds_at_bad_triangles(raw: Raw) -> list[Seeds]:
     corners = raw.nodes[raw.triangles[quality(raw.nodes, raw.triangles) < LEAST_QUALITY]]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     areas = signed_areas(corners.reshape(-1, 2), np.arange(3 * len(corners)).reshape(-1, 3))
-    power = np.floor(np.log2(2 * areas / longest))
+    # Corners on one line, as gmsh makes of places closer than its own accuracy, have no height.
+    power = np.floor(np.log2(np.maximum(2 * areas, 1e-3 * longest**2) / longest))
     return [Seeds(corners[power == p].mean(axis=1), float(2**p), GROWTH) for p in np.unique(power)]

@@ -50,7 +50,10 @@ rule work_precision_figures:
             "results/performance/paths.png",
             caption="../report/paths.rst",
             category="Performance",
-            labels={"figure": "paths", "shows": "error of growing cracks against CPU time"},
+            labels={
+                "figure": "paths",
+                "shows": "error of growing cracks against CPU time",
+            },
         ),
         grading=report(
             "results/performance/grading.png",
