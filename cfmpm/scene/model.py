@@ -370,12 +370,18 @@ class Mesh(Model):
     """The background grid."""
 
     element: Literal["T3", "T6"] = Field("T6", description="T3: 1 point, T6: 3 points a triangle")
-    size: Length | None = Field(None, description="element size [mm]; default from the body")
+    size: Length | None = Field(
+        None, description="element size [mm]; default: a twentieth of the root of the body's area"
+    )
     grading: Annotated[
         Annotated[Grading, Tag("(numbers)")]
         | Annotated[Literal["auto", "uniform"], BeforeValidator(_word), Tag("(word)")],
         Discriminator(_numbers_or_word),
-    ] = Field("auto", description="towards crack tips: auto, uniform, or two numbers")
+    ] = Field(
+        "auto",
+        description="towards crack tips: uniform, two numbers, or auto: size / 300 at a tip at "
+        "rest, with growth 0.4, size / 10 at one that runs, with 0.3; less where there is no room",
+    )
     hole_size: Length | None = Field(
         None,
         description="element size at holes [mm]: a third of the ligament through which a crack is "
