@@ -141,3 +141,10 @@ def test_distance_to_path():
     path = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])
     for point, distance in (([2, 1], 1.0), ([-3, 4], 5.0), ([5, 1.5], 1.0), ([4, 5], 2.0)):
         assert figures.distance_to_path(path, np.array(point, float)) == pytest.approx(distance)
+
+
+def test_every_reference_is_drawn():
+    """However many: markers come again."""
+    axes = Figure().add_subplot()
+    figures._draw_reference(axes, {f"author {k}": np.array([[k, 1.0]]) for k in range(5)})
+    assert [line.get_xdata().tolist() for line in axes.lines] == [[k] for k in range(5)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -261,7 +262,7 @@ def _draw_path(axes: Axes, path: Floats, label: str, style: int) -> None:
 
 
 def _draw_reference(axes: Axes, named: Mapping[str, Floats]) -> None:
-    for (label, points), marker in zip(named.items(), "sD", strict=False):
+    for (label, points), marker in zip(named.items(), cycle("sD")):
         axes.plot(*points.T, marker, ms=5.0, mew=0.8, mfc="none", mec=GREY, label=label)
 
 
