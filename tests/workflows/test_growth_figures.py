@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from units_on_axes import require_units
 
 from workflows.paper import figures_growth as figures
 from workflows.paper.growth import reference, tip_path
@@ -31,6 +32,7 @@ class Drawn:
         def keep(path, size, rows, columns, **more):
             self.axes = Figure(figsize=size).subplots(rows, columns, squeeze=False)
             yield self.axes
+            require_units(self.axes.flat[0].figure)
 
         monkeypatch.setattr(figures, "panels", keep)
 

@@ -79,7 +79,7 @@ def write_fig8(large_strain: str | Path, picture: str | Path, data: str | Path) 
             one.set_ylabel("norm of CF; J of FEM [N/mm]")
         axes[1, 0].set_ylim(0.1, 1.1)
         axes[1, 0].set_title("Hencky, over the parabola of linear elasticity")
-        axes[1, 0].set_ylabel("norm of CF; J of FEM, over 0.2548 (E' e / 10 MPa)$^2$")
+        axes[1, 0].set_ylabel("norm of CF; J of FEM, over 0.2548 (E' e / 10 MPa)$^2$ [1]")
         _draw_stress(axes[1, 1], dataset)
         for one in axes.flat:
             one.set_xlabel("elongation [%]")
