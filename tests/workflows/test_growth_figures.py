@@ -77,6 +77,15 @@ def test_fig10_shows_how_far_the_path_is_off_the_middle(drawn):
     np.testing.assert_array_equal(drawn.line("largest hoop stress", 2)[:, 1], 0.0)
 
 
+def test_titles_count_the_points_of_the_dataset(drawn):
+    dataset = made_up.edge()
+    graded = dataset.assign(n_points=dataset.n_points.where(dataset.variant != "cf_2584", 2345.0))
+    titles = [one.get_title() for one in drawn(10, "edge", graded).axes.flat]
+    assert titles == ["CF direction, 2345 points", "790 points", "2345 points"]
+    titles = [one.get_title() for one in drawn(13, "holes", made_up.holes()).axes.flat]
+    assert "790 points" in titles[0]
+
+
 def test_fig11_shows_the_path(drawn):
     dataset = made_up.moved(made_up.shear(), "cf", 0.0, 0.5)
     drawn(11, "shear", dataset)
