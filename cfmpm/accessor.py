@@ -101,7 +101,8 @@ class History:
 
     Notes
     -----
-    What needs a run raises ValueError where the dataset is no history, or holds several runs.
+    What needs a run raises ValueError where the dataset is no history, or holds several runs; what
+    needs its scene, too where a member of a study has lost the coordinate of a parameter.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
@@ -154,16 +155,15 @@ class History:
 
     def _parameters(self) -> dict[str, Any]:
         """What a member of a study has in place of the values of its base, by key."""
-        from cfmpm.study.expansion import axes
+        from cfmpm.study.expansion import labelled
         from cfmpm.study.model import Study
 
         study = Study.model_validate(json.loads(self._history.attrs["study"]))
-        keys = {name: parameter.key for _, name, parameter in study.parameters()}
         values = dict(study.replace)
-        for axis in axes(study):
-            for name, labels in axis.labels.items():
-                at = labels.index(self._history[name].item())
-                values[keys[name]] = axis.values[name][at]
+        for _, name, parameter in study.parameters():
+            if name not in self._history.coords:
+                raise ValueError(f"lacks the coordinate {name}, a parameter of the study")
+            values[parameter.key] = labelled(parameter, self._history[name].item())
         return values
 
     def path(self) -> dict[str, NDArray[np.float64]]:

@@ -15,6 +15,7 @@ import xarray as xr
 from cfmpm.accessor import read_result
 from cfmpm.errors import Problem, SceneError
 from cfmpm.folder import FIELDS, INDEX
+from cfmpm.results import written_aside
 from cfmpm.series import list_fields, require_same_run
 
 if TYPE_CHECKING:
@@ -63,12 +64,12 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
     output.mkdir(parents=True, exist_ok=True)
     kinds: dict[str, list[tuple[float, str]]] = {}
     for source in sources:
-        with xr.open_dataset(source, engine="netcdf4") as fields:
-            step = float(fields["time"].values[-1])
-            for kind, mesh in _meshes(fields.isel(time=-1)).items():
-                name = f"{kind}_{step:04.0f}.vtu"
-                _save(mesh, output / name)
-                kinds.setdefault(kind, []).append((step, name))
+        fields = read_result(source, "face_nodes").isel(time=-1)
+        step = float(fields["time"])
+        for kind, mesh in _meshes(fields).items():
+            name = f"{kind}_{step:04.0f}.vtu"
+            _save(mesh, output / name)
+            kinds.setdefault(kind, []).append((step, name))
     return [_write_collection(output / f"{kind}.pvd", files) for kind, files in kinds.items()]
 
 
@@ -118,8 +119,9 @@ def _write_collection(path: Path, files: Sequence[tuple[float, str]]) -> Path:
         f'    <DataSet timestep="{step:g}" part="0" file={quoteattr(name)}/>\n'
         for step, name in files
     )
-    path.write_text(
-        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
-        f"{entries}  </Collection>\n</VTKFile>\n"
-    )
+    with written_aside(path) as aside:
+        aside.write_text(
+            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+            f"{entries}  </Collection>\n</VTKFile>\n"
+        )
     return path

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import gmsh
 import matplotlib.pyplot as plt
@@ -21,9 +22,10 @@ import cfmpm
 from cfmpm.results import write_dataset
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import Result, run
+from cfmpm.study import expansion
 from cfmpm.study.collecting import collect
 from cfmpm.study.member import solve
-from cfmpm.study.reading import load_study
+from cfmpm.study.reading import Plan, load_study
 
 SCENE = {
     "name": "plate",
@@ -201,11 +203,19 @@ def test_one_step_and_one_tip_are_enough(result: Result, axes: Axes) -> None:
     assert sum(isinstance(c, Quiver) for c in axes.collections) == 1
 
 
+def solved(folder: Path, **sections: Any) -> tuple[Plan, xr.Dataset]:
+    """A study of the plate, and its dataset as it is read back."""
+    study = {"name": "both", "base": "base.yaml", **sections}
+    (folder / "base.yaml").write_text(json.dumps(SCENE))
+    (folder / "study.yaml").write_text(json.dumps(study))
+    plan = load_study(folder / "study.yaml")
+    found = {one.key: solve(one.key, one.scene) for one in plan.members}
+    write_dataset(collect(plan, found), folder / "study.nc")
+    return plan, xr.load_dataset(folder / "study.nc")
+
+
 def test_a_member_of_a_study_has_its_own_scene(tmp_path: Path, axes: Axes) -> None:
-    (tmp_path / "base.yaml").write_text(json.dumps(SCENE))
-    study = {
-        "name": "both",
-        "base": "base.yaml",
+    sections = {
         "replace": {"material.nu": 0.2},
         "product": {
             "E": {"key": "material.E", "values": [1e5, 2e5]},
@@ -216,17 +226,28 @@ def test_a_member_of_a_study_has_its_own_scene(tmp_path: Path, axes: Axes) -> No
             "element": {"key": "mesh.element", "values": ["T3", "T6"]},
         },
     }
-    (tmp_path / "study.yaml").write_text(json.dumps(study))
-    plan = load_study(tmp_path / "study.yaml")
-    found = {one.key: solve(one.key, one.scene) for one in plan.members}
-    write_dataset(collect(plan, found), tmp_path / "study.nc")
-    whole = xr.load_dataset(tmp_path / "study.nc")
+    plan, whole = solved(tmp_path, **sections)
     for one in plan.members:
         member = whole.isel(dict(zip(("E", "growth", "element"), one.index, strict=True)))
         assert member.cfmpm.scene == one.scene
         alone = run(one.scene).history.cfmpm
         np.testing.assert_array_equal(member.cfmpm.path()["left"], alone.path()["left"])
     member.cfmpm.plot_path(axes)
+    for name in ("E", "growth"):
+        with pytest.raises(ValueError, match=f"coordinate {name}"):
+            _ = member.drop_vars(name).cfmpm.scene
+
+
+def test_what_was_drawn_at_random_stands_in_the_dataset(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another scipy may draw other numbers."""
+    uniform = {"distribution": "uniform", "arguments": {"loc": 1e5, "scale": 1e5}}
+    cube = {"samples": 2, "parameters": {"E": {"key": "material.E", **uniform}}}
+    plan, whole = solved(tmp_path, latin_hypercube=cube)
+    monkeypatch.setattr(expansion, "draws", lambda cube: {"E": [1.5e5, 1.6e5]})
+    for one in plan.members:
+        assert whole.isel(sample=one.index[0]).cfmpm.scene == one.scene
 
 
 def test_the_body_of_a_mesh_file_is_its_grid(tmp_path: Path, axes: Axes) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import shutil
 import sys
@@ -136,6 +137,44 @@ def test_fields_that_are_gone_are_said_to_be_missing(
         True,
     )
     assert "cannot write" not in result.stderr
+
+
+@pytest.mark.parametrize("kind", ["series", "end"])
+def test_damaged_fields_cannot_be_read(folder: Path, tmp_path: Path, kind: str) -> None:
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    scene = scene_from_dict(json.loads(xr.load_dataset(copy / INDEX).attrs["config"]))
+    write_dataset(run(scene).history, copy / "history.nc")
+    damaged = copy / "fields_0003.nc"
+    if kind == "end":
+        (copy / INDEX).unlink()
+        damaged = damaged.rename(copy / "fields.nc")
+    whole = damaged.read_bytes()
+    damaged.write_bytes(whole[: len(whole) // 2])
+    result = call("export", copy)
+    assert result.exit_code == 2
+    assert f"{damaged.name}: cannot be read as netCDF" in result.stderr
+    if kind == "series":  # the other pictures are none the worse
+        result = call("plot", copy)
+        assert result.exit_code == 0
+        assert f"no film: {damaged}: cannot be read as netCDF" in result.stderr
+        assert {"scene.png", "paths.png"} <= {Path(line).name for line in result.stdout.split()}
+
+
+def test_a_collection_that_cannot_be_written_leaves_the_old_one(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    before = (copy / "vtu" / "grid.pvd").read_text()
+
+    def write_half(path: Path, text: str) -> None:
+        path.write_bytes(text.encode()[: len(text) // 2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", write_half)
+    with pytest.raises(OSError, match="No space"):
+        export_vtu(copy, copy / "vtu")
+    assert (copy / "vtu" / "grid.pvd").read_text() == before
+    assert not list((copy / "vtu").glob(".*"))
 
 
 def test_without_pyvista_it_names_the_extra(

@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.animation import PillowWriter
 from matplotlib.figure import Figure
 
+from cfmpm.accessor import read_result
 from cfmpm.plotting.deformed import draw_deformed, magnification
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.style import COLOUR_BAR, RC, size_around
@@ -50,7 +51,8 @@ def animate_growth(
     Raises
     ------
     SceneError
-        Where a folder holds no fields by step, or those of another run than its history.
+        Where a folder holds no fields by step, or those of another run than its history, or where
+        they cannot be read.
     """
     if isinstance(frames, str | Path):
         frames = list_fields(Path(frames))
@@ -85,8 +87,4 @@ def animate_growth(
 
 def _opened(frames: Sequence[Path | xr.Dataset]) -> Iterator[xr.Dataset]:
     for frame in frames:
-        if isinstance(frame, xr.Dataset):
-            yield frame
-        else:
-            with xr.open_dataset(frame, engine="netcdf4", mask_and_scale=False) as fields:
-                yield fields
+        yield frame if isinstance(frame, xr.Dataset) else read_result(frame, "face_nodes")

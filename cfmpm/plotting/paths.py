@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,7 @@ def draw_paths(
         With a dot at each increment; the marker at the end of a path says what became of its tip.
     """
     _draw_body(axes, body)
+    history = _own_tips(history)
     found = {_end(history.sel(tip=name)) for name in history["tip"].values}
     for i, name in enumerate(history["tip"].values):
         colour, _ = STYLES[i % len(STYLES)]
@@ -71,7 +73,7 @@ def draw_paths(
             axes.plot([], [], marker, color=BLACK, mec="white", ms=7.0, mew=0.5, label=label)
     if reference is not None:
         named = reference if isinstance(reference, Mapping) else {"reference": reference}
-        for (name, points), marker in zip(named.items(), "s^Dv", strict=False):
+        for (name, points), marker in zip(named.items(), cycle("s^Dv")):
             style: dict[str, Any] = {"mfc": "none", "mec": BLACK, "ms": 4.5, "mew": 0.8}
             axes.plot(*np.asarray(points, float).T, marker, zorder=3, label=name, **style)
     return _framed(axes)
@@ -94,8 +96,9 @@ def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> A
         Where places lie close together some go without an arrow.
     """
     _draw_body(axes, body)
+    history = _own_tips(history)
     size = float(np.ptp(corners_of(body), axis=0).max())
-    scale = float(history["cf_norm"].max()) / (LONGEST * size) or 1.0
+    scale = float(np.nanmax(history["cf_norm"].values, initial=0.0)) / (LONGEST * size) or 1.0
     for i, name in enumerate(history["tip"].values):
         colour, _ = STYLES[i % len(STYLES)]
         of_tip = history.sel(tip=name)
@@ -120,6 +123,11 @@ def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> A
         )
         axes.update_datalim(np.column_stack([x + cf_x / scale, y + cf_y / scale]))
     return _framed(axes)
+
+
+def _own_tips(history: xr.Dataset) -> xr.Dataset:
+    """The history without tips that have no place: a member of a study has those of all others."""
+    return history.dropna("tip", how="all", subset=["tip_x"])
 
 
 def _end(of_tip: xr.Dataset) -> str:
@@ -152,7 +160,8 @@ def _range(values: Floats) -> str:
 def _framed(axes: Axes) -> Axes:
     axes.autoscale_view()
     length_axes(axes)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return axes
 
 

@@ -104,6 +104,13 @@ def labels(parameter: Parameter) -> list[Any]:
     return [value if isinstance(value, str) else json.dumps(value) for value in listed]
 
 
+def labelled(parameter: Parameter | Uncertain, label: Any) -> Any:
+    """The value that a parameter has at a label: a number is its own."""
+    if isinstance(parameter, Uncertain) or not isinstance(label, str):
+        return label
+    return values(parameter)[labels(parameter).index(label)]
+
+
 def draws(cube: LatinHypercube) -> dict[str, list[float]]:
     """Draw the uncertain parameters: in each of them one draw from each of equal probabilities.
 

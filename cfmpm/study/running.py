@@ -17,10 +17,8 @@ from cfmpm.study.member import Outcome, solve
 from cfmpm.study.reading import Member
 from cfmpm.study.store import Store
 
-# What keeps a member to one thread; read by the libraries as they are loaded.
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
+# How many threads libraries take: each reads its own as it is loaded, and none later.
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 Job = tuple[str, Scene]
 
@@ -185,8 +183,8 @@ def _serve(pipe: Connection) -> None:
 @contextmanager
 def _one_thread() -> Iterator[None]:
     """Let processes that start within the ``with`` block have one thread each."""
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(ONE_THREAD)
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
         yield
     finally:

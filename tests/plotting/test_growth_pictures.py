@@ -139,6 +139,34 @@ def test_what_became_of_a_tip_is_marked(
     assert axes.get_legend_handles_labels()[1] == ["left", "right", label]
 
 
+@pytest.mark.parametrize("absent", [["right"], ["left", "right"]])
+@pytest.mark.filterwarnings("error")
+def test_tips_that_a_member_of_a_study_lacks_are_not_drawn(
+    axes: Axes, history: xr.Dataset, absent: list[str]
+) -> None:
+    """Its other members have them: all there is of them is nan, and -1 for the status."""
+    lacks = history["tip"].isin(absent)
+    force = {name: xr.ones_like(history["tip_x"]) for name in ("cf_x", "cf_y", "cf_norm")}
+    member = history.assign(force)
+    for name in ("tip_x", "tip_y", *force):
+        member[name] = member[name].where(~lacks)
+    member["tip_status"] = member["tip_status"].where(~lacks, -1)
+    for draw in (draw_paths, draw_tip_cf):
+        axes.clear()
+        draw(axes, member, expand(scene_from_dict(SCENE)))
+        labels = axes.get_legend_handles_labels()[1]
+        assert any(label.startswith("left") for label in labels) == ("left" not in absent)
+        assert not any(label.startswith("right") for label in labels)
+        assert (axes.get_legend() is None) == (not labels)
+
+
+def test_every_reference_is_drawn(axes: Axes, history: xr.Dataset) -> None:
+    """However many: markers come again."""
+    named = {f"author {k}": [[k, 1.0]] for k in range(9)}
+    draw_paths(axes, history, expand(scene_from_dict(SCENE)), named)
+    assert {name: lines(axes)[name].tolist() for name in named} == named
+
+
 def test_a_part_that_cannot_be_seen_is_not_named(axes: Axes, history: xr.Dataset) -> None:
     """The last step of a severed body has no force, and a step of no length no line."""
     words = list(reversed(PARTS))

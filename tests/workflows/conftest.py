@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
+from units_on_axes import require_units
 
 ROOT = Path(__file__).resolve().parents[2]
 # The workflow is no installed package: it is used from its checkout.
@@ -14,6 +16,18 @@ sys.path.insert(0, str(ROOT))
 
 for name in ("skfem", "snakemake"):
     pytest.importorskip(name)
+
+
+@pytest.fixture(autouse=True)
+def units_on_axes(monkeypatch):
+    """No picture is written in which an axis lacks its unit."""
+    save = Figure.savefig
+
+    def save_with_units(figure, *arguments, **options):
+        require_units(figure)
+        save(figure, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "savefig", save_with_units)
 
 
 @pytest.fixture(scope="session")

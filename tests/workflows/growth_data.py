@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from cfmpm.results import TIP_STATUS
-from workflows.paper.claims_growth import BOTTOM, FIXED_GRIPS, HOLE
+from workflows.paper.claims_growth import FIXED_GRIPS
+from workflows.paper.figures_growth import BOTTOM, HOLE
 from workflows.paper.growth import KEPT, reference, stack
 
 OF_STEP = ("strain_energy", "external_work", "fracture_energy", "n_points", "empty_elements")

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 
 from workflows.paper import claims_large_strain as claims
 from workflows.paper.figures_large_strain import HENCKY, NEO_HOOKEAN, STRESS, write_fig8
-from workflows.paper.large_strain import curve, fem, lefm, write_large_strain
+from workflows.paper.large_strain import G_AT_10, curve, fem, lefm, write_large_strain
 
 SCENE = "configs/paper/large_strain.yaml"
 MODULUS = 210e3 / (1 - 0.3**2)
@@ -135,6 +136,11 @@ def test_dataset_of_a_coarse_grid(tmp_path):
     lost = float(data.ellipticity_lost.sel(variant="hencky_T3_4"))
     hencky = curve(data, "hencky_T3_4")
     assert hencky.elongation[hencky.elliptic].max() <= lost + 0.05
+
+
+def test_linear_elasticity_is_that_of_section_5_1(root):
+    text = (root / "configs/workflow/section_5_1.yaml").read_text(encoding="utf-8")
+    assert yaml.safe_load(text)["section_5_1"]["converged"] == G_AT_10
 
 
 def test_figure_is_drawn(tmp_path):

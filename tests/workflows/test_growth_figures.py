@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from units_on_axes import require_units
 
 from workflows.paper import figures_growth as figures
 from workflows.paper.growth import reference, tip_path
@@ -31,6 +32,7 @@ class Drawn:
         def keep(path, size, rows, columns, **more):
             self.axes = Figure(figsize=size).subplots(rows, columns, squeeze=False)
             yield self.axes
+            require_units(self.axes.flat[0].figure)
 
         monkeypatch.setattr(figures, "panels", keep)
 
@@ -73,6 +75,15 @@ def test_fig10_shows_how_far_the_path_is_off_the_middle(drawn):
     np.testing.assert_array_equal(drawn.line("largest hoop stress (ends at +1.2)", 1)[:, 1], 1.25)
     np.testing.assert_array_equal(drawn.line("CF direction", 1)[:, 1], 0.0)
     np.testing.assert_array_equal(drawn.line("largest hoop stress", 2)[:, 1], 0.0)
+
+
+def test_titles_count_the_points_of_the_dataset(drawn):
+    dataset = made_up.edge()
+    graded = dataset.assign(n_points=dataset.n_points.where(dataset.variant != "cf_2584", 2345.0))
+    titles = [one.get_title() for one in drawn(10, "edge", graded).axes.flat]
+    assert titles == ["CF direction, 2345 points", "790 points", "2345 points"]
+    titles = [one.get_title() for one in drawn(13, "holes", made_up.holes()).axes.flat]
+    assert "790 points" in titles[0]
 
 
 def test_fig11_shows_the_path(drawn):
@@ -141,3 +152,10 @@ def test_distance_to_path():
     path = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])
     for point, distance in (([2, 1], 1.0), ([-3, 4], 5.0), ([5, 1.5], 1.0), ([4, 5], 2.0)):
         assert figures.distance_to_path(path, np.array(point, float)) == pytest.approx(distance)
+
+
+def test_every_reference_is_drawn():
+    """However many: markers come again."""
+    axes = Figure().add_subplot()
+    figures._draw_reference(axes, {f"author {k}": np.array([[k, 1.0]]) for k in range(5)})
+    assert [line.get_xdata().tolist() for line in axes.lines] == [[k] for k in range(5)]

@@ -12,6 +12,7 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from units_on_axes import require_units
 
 NOTEBOOKS = Path(__file__).parents[2] / "workflows" / "notebooks"
 NAMES = sorted(path.stem for path in NOTEBOOKS.glob("*.py"))
@@ -33,12 +34,7 @@ def run(name: str) -> dict[str, Any]:
     for number in plt.get_fignums():
         figure = plt.figure(number)
         figure.draw_without_rendering()
-        # Colour bars are drawn by functions that have tests of their own.
-        for axes in (one for one in figure.axes if one.get_label() != "<colorbar>"):
-            labels = axes.get_xlabel(), axes.get_ylabel()
-            shared = axes.get_shared_y_axes().get_siblings(axes)
-            assert labels[0].endswith("]"), (name, labels)
-            assert any(one.get_ylabel().endswith("]") for one in shared), (name, labels)
+        require_units(figure)
     return variables
 
 

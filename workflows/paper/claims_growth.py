@@ -11,7 +11,7 @@ import xarray as xr
 
 from cfmpm.grid import Floats
 from cfmpm.results import TIP_STATUS
-from workflows.paper.figures_growth import INCH, distance_to_path
+from workflows.paper.figures_growth import BOTTOM, HOLE, INCH, MIDDLE, distance_to_path, gap_to_hole
 from workflows.paper.growth import energy_released, reference, segment_angles, steps, tip_path
 from workflows.paper.table import Claim, write_table
 
@@ -21,8 +21,6 @@ FIXED_GRIPS = {100.0: 328.87, 200.0: 479.48, 300.0: 489.83}
 STRAIGHT = {790: (1.5, 0.3), 2584: (1.2, 0.3)}
 SHEAR, HOLES, BEAM = 0.15, 0.08, 1.5  # distances from the reference paths that are allowed [mm]
 KINK = 0.4  # deg
-# Holes of the beam that cracks come to, and their radius [mm].
-BOTTOM, MIDDLE, HOLE = np.array([6.0, 2.75]) * INCH, np.array([6.0, 4.75]) * INCH, 0.25 * INCH
 
 
 @dataclass(frozen=True)
@@ -305,7 +303,7 @@ def _beam(e: Evidence, name: str, case: str, kink: float, label: str) -> Claim:
     before = known[known[:, 1] < 2.25 * INCH]
     missed = max(distance_to_path(path, point) for point in before)
     first = segment_angles(path)[0] - 90.0
-    bottom, middle = (_gap(path, hole) for hole in (BOTTOM, MIDDLE))
+    bottom, middle = (gap_to_hole(path, hole) for hole in (BOTTOM, MIDDLE))
     return Claim(
         f"5.5 Three holes, a = {int(case[:2]) / 10:g} in, x = {case[3]} in, {label}",
         "",
@@ -323,14 +321,16 @@ def beam_cases(e: Evidence) -> list[Claim]:
     """The paper's two cases by its words; which specimen case II is, it does not say."""
     kinds = {"cf": "CF direction", "hoop": "hoop stress"}
     first = {kind: tip_path(e.beam, f"{kind}_15_5") for kind in kinds}
-    gaps = {kind: [_gap(path, hole) for hole in (BOTTOM, MIDDLE)] for kind, path in first.items()}
+    gaps = {
+        kind: [gap_to_hole(path, hole) for hole in (BOTTOM, MIDDLE)] for kind, path in first.items()
+    }
     # Where the crack is at the level of the middle hole.
     right = [np.interp(MIDDLE[1], path[:, 1], path[:, 0]) > MIDDLE[0] for path in first.values()]
     near = [0.0 < gap <= HOLE for both in gaps.values() for gap in both]
     others = {f"{kind}_{case}": kind for case in ("10_4", "10_6") for kind in kinds}
     arrested = [
         _arrival(steps(e.beam, name), "crack_1") == "arrived_hole"
-        and _gap(tip_path(e.beam, name)[-2:], BOTTOM) < 0.01 * HOLE
+        and gap_to_hole(tip_path(e.beam, name)[-2:], BOTTOM) < 0.01 * HOLE
         for name in others
     ]
     return [
@@ -363,11 +363,6 @@ def beam_cases(e: Evidence) -> list[Claim]:
     ]
 
 
-def _gap(path: Floats, hole: Floats) -> float:
-    """Between a path and the edge of a hole, negative inside it [mm]."""
-    return distance_to_path(path, hole) - HOLE
-
-
 def _arrived_at(run: xr.Dataset) -> str:
     """What became of the crack, and where [in]."""
     ends = run.isel(tip=0, step=-1)
@@ -381,8 +376,8 @@ def near_miss(e: Evidence) -> Claim:
         (int(v.removeprefix("first_")) for v in e.beam.variant.values if v.startswith("first_")),
         reverse=True,
     )
-    gaps = [_gap(tip_path(e.beam, f"first_{size}"), BOTTOM) for size in sizes]
-    known = [_gap(reference(name), BOTTOM) for name in ("beam_15_5", "beam_15_5_xfem")]
+    gaps = [gap_to_hole(tip_path(e.beam, f"first_{size}"), BOTTOM) for size in sizes]
+    known = [gap_to_hole(reference(name), BOTTOM) for name in ("beam_15_5", "beam_15_5_xfem")]
     return Claim(
         "5.5 Near-miss of the bottom hole, a = 1.5 in",
         "deflects to the opposite side",

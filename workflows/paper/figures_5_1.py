@@ -166,11 +166,11 @@ def write_fig7(
         error = 1.6 * abs(float(first.cf_norm) / converged - 1.0)
         draw_power(c, (start, 40 * start), error, -0.5, "order h")
         c.set_yscale("log")
-        c.set_ylabel("|CF / converged - 1|")
+        c.set_ylabel("|CF / converged - 1| [1]")
         _points_axis(a)
         for one in (b, c):
             one.set_xscale("log")
-            one.set_xlabel("unknowns")
+            one.set_xlabel("unknowns [1]")
         for one in (a, b):
             one.set_ylabel(NORM)
             one.set_ylim(0.13, 0.27)
@@ -204,7 +204,7 @@ def _levels(axes: Axes, handbook: float, converged: float) -> None:
 
 def _points_axis(axes: Axes) -> None:
     axes.set_xscale("log")
-    axes.set_xlabel("material points")
+    axes.set_xlabel("material points [1]")
 
 
 def _mesh(grid: xr.Dataset) -> tuple[Mesh, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ from cfmpm.scene.geometry import Body
 from workflows.paper.growth import reference, segment_angles, steps, tip_path
 
 INCH = 25.4
+# Holes of the beam that cracks come to, and their radius [mm].
+BOTTOM, MIDDLE, HOLE = np.array([6.0, 2.75]) * INCH, np.array([6.0, 4.75]) * INCH, 0.25 * INCH
 Paths = str | Path
 
 
@@ -45,7 +48,7 @@ def write_fig9(growth: Paths, picture: Paths, data: Paths) -> None:
             curves.draw_curve(one, x, run.cf_angle, "domain", 0)
             near = float(x.where(run.domain_radius < _resolved(run)).min())
             one.axvspan(near, 500.0, color=GREY, alpha=0.15, lw=0, label="domain < 2 elements")
-            one.set_title(f"{int(run.n_points[0])} points")
+            one.set_title(_points(dataset, f"cf_{n}"))
             one.set_ylim(-10.0, 15.0)
             one.set_xlabel("x of the crack tip [mm]")
             one.set_ylabel("angle of CF from the crack [deg]")
@@ -60,7 +63,7 @@ def write_fig10(growth: Paths, scene_file: str, picture: Paths, data: Paths) -> 
         _draw_body(axes[0, 0], scene_file)
         _draw_path(axes[0, 0], tip_path(dataset, "cf_2584"), "CF direction", 0)
         length_axes(axes[0, 0])
-        axes[0, 0].set_title("CF direction, 2567 points")
+        axes[0, 0].set_title(f"CF direction, {_points(dataset, 'cf_2584')}")
         for one, n in zip(axes.flat[1:], (790, 2584), strict=True):
             for k, (kind, label) in enumerate(
                 {
@@ -72,7 +75,7 @@ def write_fig10(growth: Paths, scene_file: str, picture: Paths, data: Paths) -> 
                 x, y = tip_path(dataset, f"{kind}_{n}").T
                 curves.draw_curve(one, x, y - 500.0, f"{label} (ends at {y[-1] - 500:+.1f})", k)
             curves.draw_level(one, 0.0, "middle of the plate", line=":")
-            one.set_title(f"{int(steps(dataset, f'cf_{n}').n_points[0])} points")
+            one.set_title(_points(dataset, f"cf_{n}"))
             one.set_xlabel("x of the crack tip [mm]")
             one.set_ylabel("y - 500 [mm]")
             one.set_ylim(-6.0, 6.0)
@@ -129,7 +132,7 @@ def write_fig13(growth: Paths, scene_file: str, picture: Paths, data: Paths) -> 
     """Draw the paths of two cracks at two holes, and where they go on rollers (5.4)."""
     dataset = xr.load_dataset(growth)
     shown = {
-        "cf": "CF direction, T3, 4612 points, and the paper's transfer",
+        "cf": f"CF direction, T3, {_points(dataset, 'cf')}, and the paper's transfer",
         "hoop": "largest hoop stress, T3, half the size",
         "rollers": "edges free to move sideways, T6",
     }
@@ -205,7 +208,6 @@ def write_fig16(
     picture, data : Path
     """
     dataset = xr.load_dataset(growth)
-    centre, radius = np.array([6.0, 2.75]) * INCH, 0.25 * INCH
     with panels(Path(picture), (9.0, 4.4), 1, 2) as axes:
         a, b = axes.flat
         _draw_body(a, scene_file)
@@ -219,17 +221,14 @@ def write_fig16(
         a.set_ylim(52.0, 92.0)
         a.set_title("direction of first order")
         for k, order in enumerate(("first", "second")):
-            gaps = [
-                distance_to_path(tip_path(dataset, f"{order}_{size}"), centre) - radius
-                for size in sizes
-            ]
+            gaps = [gap_to_hole(tip_path(dataset, f"{order}_{size}"), BOTTOM) for size in sizes]
             curves.draw_curve(b, sizes, gaps, f"T3, hoop stress, {order} order", k)
         for label, file, line in (
             ("remeshing", "beam_15_5", "--"),
             ("XFEM", "beam_15_5_xfem", ":"),
         ):
-            gap = distance_to_path(reference(file), centre) - radius
-            curves.draw_level(b, gap, f"{label}: {gap:.1f} mm", line=line)
+            known = gap_to_hole(reference(file), BOTTOM)
+            curves.draw_level(b, known, f"{label}: {known:.1f} mm", line=line)
         b.set_ylim(0.0, 6.0)
         b.set_xlabel("element size [mm]")
         b.set_ylabel("gap between path and bottom hole [mm]")
@@ -242,6 +241,16 @@ def distance_to_path(path: Floats, point: Floats) -> float:
     start, along = path[:-1], np.diff(path, axis=0)
     part = np.clip(((point - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
     return float(np.hypot(*(start + part[:, None] * along - point).T).min())
+
+
+def gap_to_hole(path: Floats, hole: Floats) -> float:
+    """Return the distance of a path from the edge of a hole, negative inside it [mm]."""
+    return distance_to_path(path, hole) - HOLE
+
+
+def _points(dataset: xr.Dataset, variant: str) -> str:
+    """How many material points a variant begins with."""
+    return f"{int(steps(dataset, variant).n_points[0])} points"
 
 
 def _resolved(run: xr.Dataset) -> float:
@@ -261,7 +270,7 @@ def _draw_path(axes: Axes, path: Floats, label: str, style: int) -> None:
 
 
 def _draw_reference(axes: Axes, named: Mapping[str, Floats]) -> None:
-    for (label, points), marker in zip(named.items(), "sD", strict=False):
+    for (label, points), marker in zip(named.items(), cycle("sD")):
         axes.plot(*points.T, marker, ms=5.0, mew=0.8, mfc="none", mec=GREY, label=label)
 
 

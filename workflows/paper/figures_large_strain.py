@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLACK, panels
 from cfmpm.results import write_dataset
-from workflows.paper.large_strain import Curve, curve, fem, lefm, modulus
+from workflows.paper.large_strain import G_AT_10, Curve, curve, fem, lefm, modulus
 
 # Variants by panel with their labels; FEM on grids of its own: law, element, size at the tip [mm].
 HENCKY = {
@@ -34,6 +34,8 @@ STRESS = {
     "hencky_dead": "Hencky, dead load",
     "neo_hookean_T6_0.5": "neo-Hookean, ends moved",
 }
+# G of linear elasticity, see `large_strain.lefm`.
+PARABOLA = f"{G_AT_10:.4f} (E' e / 10 MPa)$^2$"
 # Of the paper's Fig. 8 [MPa].
 LARGEST_LOAD = 1e5
 
@@ -72,14 +74,14 @@ def write_fig8(large_strain: str | Path, picture: str | Path, data: str | Path) 
         ):
             strain = np.linspace(0.0, end, 101)
             parabola = lefm(strain, modulus(dataset))
-            label = "linear: 0.2548 (E' e / 10 MPa)$^2$"
+            label = f"linear: {PARABOLA}"
             one.plot(100 * strain, parabola, ":", color=BLACK, lw=0.9, label=label)
             one.set_ylim(0.0, 1.25 * np.nanmax(dataset.cf_norm.where(dataset.elongation <= end)))
             one.set_title(title)
             one.set_ylabel("norm of CF; J of FEM [N/mm]")
         axes[1, 0].set_ylim(0.1, 1.1)
         axes[1, 0].set_title("Hencky, over the parabola of linear elasticity")
-        axes[1, 0].set_ylabel("norm of CF; J of FEM, over 0.2548 (E' e / 10 MPa)$^2$")
+        axes[1, 0].set_ylabel(f"norm of CF; J of FEM, over {PARABOLA} [1]")
         _draw_stress(axes[1, 1], dataset)
         for one in axes.flat:
             one.set_xlabel("elongation [%]")

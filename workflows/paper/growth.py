@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 import cfmpm
+from cfmpm import accessor
 from cfmpm.grid import Floats
 from cfmpm.results import TIP_STATUS, write_dataset
 from cfmpm.scene import load_scene
@@ -81,10 +82,7 @@ def tip_path(dataset: xr.Dataset, variant: str, tip: str | None = None) -> Float
     tip : str, optional
         Default: the first.
     """
-    one = steps(dataset, variant)
-    one = one.isel(tip=0) if tip is None else one.sel(tip=tip)
-    places = np.column_stack([one.tip_x, one.tip_y])
-    return places[np.append(True, np.hypot(*np.diff(places, axis=0).T) > 0.0)]
+    return accessor.tip_path(dataset.sel(variant=variant), tip or str(dataset.tip.values[0]))
 
 
 def steps(dataset: xr.Dataset, variant: str) -> xr.Dataset:

@@ -13,10 +13,9 @@ from typing import Any
 
 import cfmpm
 from cfmpm.scene import load_scene
+from cfmpm.study.running import THREADS
 
 ROOT = Path(__file__).parents[2]
-# Each library reads its own as it is loaded, and none later.
-THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 SINGLE_ABOVE = 500_000
 
 

@@ -43,7 +43,7 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
         for one, (runs, quantity) in zip(axes, shown, strict=True):
             _draw_stationary(one, runs, quantity, styles)
             one.set_title(f"{runs.problem.values[0]}: {quantity}")
-            one.set_ylabel(f"relative error of {quantity}")
+            one.set_ylabel(f"relative error of {quantity} [1]")
             one.set_xlabel(CPU)
             one.legend(fontsize=7, loc="lower left")
 
@@ -57,7 +57,9 @@ def draw_paths(data: str | Path, picture: str | Path) -> None:
         shown.append((problem, "distance from the known path [mm]", runs, runs.distance))
         G = runs.error.sel(quantity="G")
         if np.isfinite(G).any():
-            shown.append((f"{problem}: G", "largest relative error of G along the path", runs, G))
+            shown.append(
+                (f"{problem}: G", "largest relative error of G along the path [1]", runs, G)
+            )
     with _plots(picture, len(shown)) as axes:
         for one, (title, told, runs, error) in zip(axes, shown, strict=True):
             _draw_ways(one, runs, error)
@@ -157,16 +159,16 @@ def draw_grading(data: str | Path, picture: str | Path) -> None:
             error = runs.error.sel(quantity=quantity)
             for one, value in ((row[0], error[default]), (row[1], runs.cpu[default])):
                 one.plot(at, value, "*", color=BLACK, ms=13, mfc="yellow", label="default")
-                one.set_xlabel("element size at the tip / away from it")
+                one.set_xlabel("element size at the tip / away from it [1]")
             row[0].set_title(f"{problem}, T6, size {size:g} mm")
-            row[0].set_ylabel(f"relative error of {quantity}")
+            row[0].set_ylabel(f"relative error of {quantity} [1]")
             row[1].set_ylabel(CPU)
             series = runs.series[runs.part == "radius"].values
             for k, name in enumerate(dict.fromkeys(series)):
                 chosen = np.flatnonzero((runs.part == "radius") & (runs.series == name))
                 draw_curve(row[2], runs.radius[chosen], error[chosen], f"{name}, finest", k)
             row[2].set_xlabel("domain radius [mm]")
-            row[2].set_ylabel(f"relative error of {quantity}")
+            row[2].set_ylabel(f"relative error of {quantity} [1]")
             for one in row:
                 one.set_xscale("log")
                 one.set_yscale("log")
@@ -195,7 +197,7 @@ def draw_solvers(data: str | Path, picture: str | Path) -> None:
                 label = f"{program}, {solver}"
                 draw_curve(one, runs.n_unknowns[chosen], seconds[chosen], label, k, line=line)
             one.set_title(f"{element}, uniform grids")
-            one.set_xlabel("unknowns")
+            one.set_xlabel("unknowns [1]")
             one.set_ylabel("wall time of assembly, solution and stress [s]")
             one.set_xscale("log")
             one.set_yscale("log")
@@ -234,5 +236,5 @@ def draw_scaling(data: str | Path, picture: str | Path) -> None:
             for panel in (times, memory):
                 panel.set_xscale("log")
                 panel.set_yscale("log")
-                panel.set_xlabel("material points")
+                panel.set_xlabel("material points [1]")
                 panel.legend(fontsize=7)

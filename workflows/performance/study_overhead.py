@@ -20,7 +20,7 @@ import xarray as xr
 from cfmpm import simulation
 from cfmpm.results import write_dataset
 from cfmpm.study.reading import load_study
-from cfmpm.study.running import ONE_THREAD
+from cfmpm.study.running import THREADS
 from cfmpm.study.store import DATASET, MEMBERS
 
 ROOT = Path(__file__).parents[2]
@@ -108,7 +108,7 @@ def _called(module: str, *arguments: object) -> subprocess.CompletedProcess[str]
     return subprocess.run(
         [sys.executable, "-m", module, *map(str, arguments)],
         cwd=ROOT,
-        env={**os.environ, **ONE_THREAD},
+        env=os.environ | dict.fromkeys(THREADS, "1"),
         check=True,
         stdout=subprocess.PIPE,
         text=True,

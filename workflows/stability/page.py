@@ -132,13 +132,15 @@ def _draw_errors(dataset: xr.Dataset, path: Path) -> None:
         a.set_xscale("log")
         a.set_xlim(1e-17, 1.0)
         a.set_title("error against what is known")
-        a.legend(loc="upper center", bbox_to_anchor=(0.5, -0.03), ncols=2)
+        a.set_xlabel("relative error [1]")
+        a.legend(loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=2)
         rows = np.arange(solved.sizes["case"])
         b.barh(rows, solved.newton_iterations, color=BLUE, height=0.6, label="Newton iterations")
         b.plot(solved.substeps, rows, "|", color=VERMILLION, ms=7.0, mew=1.5, label="steps")
         b.set_xscale("log")
         b.set_title("finite deformation: iterations and steps")
-        b.legend(loc="upper center", bbox_to_anchor=(0.5, -0.03), ncols=2)
+        b.set_xlabel("number [1]")
+        b.legend(loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=2)
         for one, drawn in ((a, compared), (b, solved)):
             _name_rows(one, drawn)
 
@@ -164,6 +166,6 @@ def _draw_paths(dataset: xr.Dataset, path: Path) -> None:
                     one.plot(longer[last], force[last], "x", color="k", ms=9.0, mew=1.6)
             one.set_title(title)
             reverse = title == "Reversal"
-            one.set_xlabel("elongation" + (", of its largest" if reverse else " [mm]"))
-            one.set_ylabel("force" + (", of its largest" if reverse else " [N/mm]"))
+            one.set_xlabel("elongation" + (" / its largest [1]" if reverse else " [mm]"))
+            one.set_ylabel("force" + (" / its largest [1]" if reverse else " [N/mm]"))
             one.legend(loc="best")

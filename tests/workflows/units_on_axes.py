@@ -1,0 +1,23 @@
+"""What every picture has to say: the unit of each axis, in brackets behind its name."""
+
+from __future__ import annotations
+
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+
+def require_units(figure: Figure) -> None:
+    """Refuse a figure in which numbers along an axis have no unit."""
+    for axes in figure.axes:
+        # Colour bars are drawn by functions that have tests of their own.
+        if axes.get_visible() and axes.get_label() != "<colorbar>":
+            for axis in (axes.xaxis, axes.yaxis):
+                said = (axes.get_title(loc="left"), axis.get_label_text())
+                assert not _has_numbers(axis) or said[1].endswith("]"), said
+
+
+def _has_numbers(axis: Axis) -> bool:
+    """Beside inner axes they are left out, and rows have names."""
+    shown = any(label.get_visible() for label in axis.get_ticklabels())
+    return shown and not isinstance(axis.get_major_formatter(), FuncFormatter)
