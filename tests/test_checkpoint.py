@@ -362,7 +362,7 @@ def test_what_has_ended_is_left_alone(scene_file: Path) -> None:
     before = files_in(Path("results/small"))
     result = call("resume", "results/small")
     assert result.exit_code == 0
-    assert "nothing to do, the run has ended; increments: 8" in result.stdout
+    assert "has ended; increments: growth.increments allows 8" in result.stdout
     assert files_in(Path("results/small")) == before
 
 

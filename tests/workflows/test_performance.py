@@ -288,9 +288,10 @@ def test_ways_to_grow_are_compared_on_the_same_grids():
     dataset = grown({default: [1.0, 2.0], other: [0.1, 3.2]}, ["a", "b"])
     beside = grown({other: [1e-9]}, ["c"]).isel(run=[0])
     head, rows, classes = defaults._ways(xr.concat([dataset, beside], "run"))
-    assert head == ["order", "direction", "path: the path [mm]", "all", "verdict"]
-    assert rows[0][2:] == ["1.00 (1.00 to 1.00, 2 grids)", "1.00", "the default"]
-    assert rows[1] == ["2.0", "cf", "0.40 (0.10 to 1.60, 2 grids)", "0.40", "another is better"]
+    assert head == ["order", "direction", "path", "all", "worst problem", "verdict"]
+    assert rows[0][2:] == ["1.00 (1.00 to 1.00, 2 grids)", "1.00", "1.00", "the default"]
+    told = ["0.40 (0.10 to 1.60, 2 grids)", "0.40", "0.40", "another is better"]
+    assert rows[1] == ["2.0", "cf", *told]
     assert classes == ["yes", "no"]
     even = grown({default: [1.0, 2.0], other: [0.5, 2.0]}, ["a", "b"])
     assert defaults._ways(even)[1][1][-2:] == ["0.71", "stays"]

@@ -18,6 +18,7 @@ from workflows.performance.pareto import pareto_front
 SAME_PRICE, BETTER = 1.1, 0.5
 KNOWN = ("G", "K_I", "K_II")
 GRID = ("element", "size", "tip_size", "growth", "refine")
+PATH = "the path [mm]"
 Way = tuple[str, ...]
 
 
@@ -38,7 +39,8 @@ def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: s
         "<p>Each default against all that was measured: the least error for at most its CPU time "
         f"(and a tenth), and the least time for at most its error. Another one is called better "
         f"if for that price it makes less than {BETTER:g} of the error; a default <q>stays</q> "
-        "where another makes less, but not that much less.</p>\n",
+        "where another makes less, but not that much less. One default serves all problems: what "
+        "is better here for one of them is compared below over all.</p>\n",
         html_table(*_against_the_best(dataset)),
         "<h2>Numbers of the grading</h2>\n<p>Of all gradings those that no other one beats, "
         "over all problems with a crack at rest together, small strain and finite: CPU time by the "
@@ -47,14 +49,13 @@ def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: s
         html_table(*_gradings(stationary)),
         "<h2>Element, grading, formulation</h2>\n<p>The least error that is to be had with "
         "each value for at most the CPU time of the default (and a tenth), whatever else is chosen "
-        "with it; in brackets how many of its runs, whatever they cost, came to their load. The "
-        "grids of the paths are of one size everywhere, refined as the tip runs or not; the "
-        "default alone is graded from the start.</p>\n",
+        "with it, but for the way to grow; in brackets how many of its runs, whatever they cost, "
+        "came to their load. Uniform grids of the paths are refined as the tip runs, or not.</p>\n",
         html_table(*_values_of_axes(dataset)),
         "<h2>How a crack grows</h2>\n<p>On one grid the error of a path is partly luck. So each "
         "way to grow is compared with the default on every grid that was run in all ways: error "
-        "relative to the default's, the geometric mean over the grids of a problem, and over all "
-        "problems. In brackets the least and the greatest on one grid.</p>\n",
+        "of the path relative to the default's, the geometric mean over the grids of a problem, "
+        "and over all problems. In brackets the least and the greatest on one grid.</p>\n",
         html_table(*_ways(dataset)),
         "<h2>Solver and domain radius</h2>\n<p>The default solver follows from the times on the "
         "largest grid of each kind: the one that is chosen against the fastest. The radius follows "
@@ -93,7 +94,7 @@ def _measured(dataset: xr.Dataset) -> Iterator[Measured]:
         along = ""
         if np.isfinite(runs.distance[default]):
             along = " along the path"
-            yield Measured(str(problem), "the path [mm]", runs, runs.distance.values, default)
+            yield Measured(str(problem), PATH, runs, runs.distance.values, default)
         error = worst_error(runs)
         if np.isfinite(error[default]):
             known = [q for q in KNOWN if np.isfinite(runs.error.sel(quantity=q)[default])]
@@ -137,11 +138,14 @@ def _values_of_axes(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], li
             others = [value for value in dict.fromkeys(values) if value not in (chosen, "")]
             if chosen != chosen or not others:  # left to the program, or no axis of this problem
                 continue
-            cheap = runs.cpu.values <= SAME_PRICE * runs.cpu.values[default]
+            compared = runs.cpu.values <= SAME_PRICE * runs.cpu.values[default]
+            for way in ways:
+                words = runs[way].values.astype(str)
+                compared &= words == words[default]
             least, told = [], []
             for value in (chosen, *others):
                 here = values == value
-                found = error[here & cheap & np.isfinite(error)]
+                found = error[here & compared & np.isfinite(error)]
                 least.append(found.min(initial=np.inf))
                 price = f"{least[-1]:.1e}" if found.size else "none for this price"
                 came = f"{np.isfinite(error[here]).sum()} of {here.sum()}"
@@ -160,9 +164,9 @@ def _ways(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
     names = dataset.attrs["ways"].split()
     ratios: dict[Way, dict[str, Floats]] = {}
     for one in _measured(dataset):
-        paths = np.flatnonzero(one.runs.part == "path")
-        if not paths.size:
+        if one.of != PATH:
             continue
+        paths = np.flatnonzero(one.runs.part == "path")
         keys = [
             tuple(str(one.runs[name].values[i]) for name in names) for i in range(len(one.error))
         ]
@@ -177,7 +181,7 @@ def _ways(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
             continue
         for way in ways:
             found = np.array([errors[way] / errors[chosen] for errors in whole])
-            ratios.setdefault(way, {})[f"{one.problem}: {one.of}"] = found
+            ratios.setdefault(way, {})[one.problem] = found
     problems = list(dict.fromkeys(problem for of in ratios.values() for problem in of))
     rows, classes = [], []
     for way, of in ratios.items():
@@ -191,9 +195,9 @@ def _ways(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
         ]
         mean = float(np.exp(np.mean(np.log(list(means.values())))))
         told = "the default" if way == chosen else _verdict(mean >= BETTER)
-        rows.append([*way, *cells, f"{mean:.2f}", told])
+        rows.append([*way, *cells, f"{mean:.2f}", f"{max(means.values()):.2f}", told])
         classes.append("yes" if mean >= BETTER else "no")
-    return [*names, *problems, "all", "verdict"], rows, classes
+    return [*names, *problems, "all", "worst problem", "verdict"], rows, classes
 
 
 def _told(run: xr.Dataset, error: float) -> str:

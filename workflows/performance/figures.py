@@ -45,7 +45,7 @@ def draw_work_precision(data: str | Path, picture: str | Path) -> None:
             one.set_title(f"{runs.problem.values[0]}: {quantity}")
             one.set_ylabel(f"relative error of {quantity} [1]")
             one.set_xlabel(CPU)
-            one.legend(fontsize=7, loc="lower left")
+            one.legend(fontsize=7)
 
 
 def draw_paths(data: str | Path, picture: str | Path) -> None:
@@ -66,7 +66,7 @@ def draw_paths(data: str | Path, picture: str | Path) -> None:
             one.set_title(title)
             one.set_ylabel(told)
             one.set_xlabel("CPU time of the whole path [s]")
-            one.legend(fontsize=7, loc="lower left")
+            one.legend(fontsize=7)
 
 
 @contextmanager
