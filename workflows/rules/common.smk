@@ -12,6 +12,7 @@ workdir: str(ROOT)
 sys.path.insert(0, str(ROOT))
 
 from cfmpm.program import program_files
+from workflows.imports import modules_of
 from workflows.job import let_scripts_import
 from workflows.lock import clear_after_kill
 from workflows.settings import read_settings
@@ -46,6 +47,16 @@ PACKAGE = [str(path.relative_to(ROOT)) for path in program_files()]
 PLOTTING = sorted(
     str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/plotting/*.py")
 )
+
+# What others have computed. Drawing and deciding take seconds: again when any of it changes.
+REFERENCES = sorted(
+    str(path.relative_to(ROOT)) for path in ROOT.glob("workflows/reference/*.csv")
+)
+
+
+def modules(script):
+    """The modules of the workflow that a script is made of."""
+    return modules_of(ROOT / "workflows" / "scripts" / f"{script}.py", ROOT)
 
 
 def plain(model):

@@ -4,6 +4,7 @@
 rule warm_up:
     input:
         package=PACKAGE,
+        code=modules("warm_up"),
     output:
         stamp="results/.compiled",
     log:
