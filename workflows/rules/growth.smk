@@ -172,7 +172,7 @@ rule section_5_5:
         mem_mb=1000,
         runtime=5,
     params:
-        sizes=[12, 8, 5, 3],
+        sizes=SETTINGS.growth.near_miss_sizes(),
     message:
         "Section 5.5: figures 15 and 16"
     script:
