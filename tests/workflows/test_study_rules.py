@@ -101,6 +101,9 @@ def test_the_same_dataset_and_only_what_a_change_touches(call, study, checkout, 
         *(f"Study by_rules, batch {i}" for i in range(3)),
     ]
     assert jobs(call(study, "--cores", "2")) == every
+    # In a folder of the study, or the log of its batch 0 would be that of a study by_rules_0.
+    logs = (checkout / "results" / "logs" / "study" / "by_rules").iterdir()
+    assert {path.name for path in logs} == {"0.log", "1.log", "2.log"}
     first, times = plain(dataset), xr.load_dataset(dataset)["run_time"]
     assert first["status"].values.tolist() == [[0, 0, 0], [1, 1, 1]]
     assert "out of balance" in str(first["reason"].values[1, 0])
