@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT))
 from cfmpm.program import program_files
 from workflows.imports import modules_of
 from workflows.job import let_scripts_import
-from workflows.lock import clear_after_kill
+from workflows.lock import clear_after_kill, remove_unfinished
 from workflows.settings import read_settings
 from workflows.studies import given_studies
 
@@ -22,7 +22,7 @@ let_scripts_import(ROOT)
 
 # The jobs of a cluster read this file too.
 if workflow.is_main_process:
-    ALIVE = clear_after_kill(ROOT / ".snakemake", ROOT / "results")
+    ALIVE = clear_after_kill(ROOT / ".snakemake")
 
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
