@@ -63,6 +63,17 @@ def held(folder: Path) -> Iterator[None]:
         lock.release()
 
 
+def is_held(folder: Path) -> bool:
+    """Whether a run is writing to a folder."""
+    if not (folder / _LOCK).exists():
+        return False
+    try:
+        with held(folder):
+            return False
+    except SceneError:
+        return True
+
+
 @contextmanager
 def starting(folder: Path, *, overwrite: bool) -> Iterator[None]:
     """Begin a new run in a folder that is held.

@@ -6,7 +6,7 @@ Snakemake reads the files by YAML 1.1, in which 1e-9 is text: use the validated 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -18,9 +18,33 @@ from cfmpm.study.model import Study
 
 Meshes = Annotated[dict[int, Mesh], Field(min_length=1)]
 
+# What figures and claims speak of by name.
+SERIES = ("T3", "T6", "T6_graded")
+GROWN = {
+    "edge": (
+        *("cf_790", "cf_2584", "hoop_790", "hoop_2584", "paper_790", "paper_2584"),
+        *("t6", "crack_control"),
+    ),
+    "shear": ("cf", "paper", "cf_second", "hoop_second_1.38", "t6_second_2.76", "t6_second_1.95"),
+    "holes": ("cf", "paper", "hoop", "stiff", "crack_control", "rollers"),
+    "beam": ("cf_15_5", "cf_10_4", "cf_10_6", "hoop_15_5", "hoop_10_4", "hoop_10_6"),
+}
+PULLED = (
+    *("hencky_T3_4", "hencky_T6_4", "hencky_T6_0.5", "hencky_following", "hencky_paper"),
+    *("neo_hookean_T3_4", "neo_hookean_T6_0.5", "neo_hookean_following"),
+    *("ciarlet_T6_0.5", "ciarlet_paper", "hencky_dead"),
+)
+
 
 class _Settings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _require(where: str, needed: Iterable[Any], there: Iterable[Any]) -> None:
+    """Refuse what lacks something that figures and claims show."""
+    missing = sorted(set(needed) - set(there))
+    if missing:
+        raise ValueError(f"{where}: figures and claims need {', '.join(map(str, missing))}")
 
 
 class Section51(_Settings):
@@ -30,9 +54,19 @@ class Section51(_Settings):
     converged: Positive = Field(description="G of the plate of finite height [N/mm]")
     domain_radius: Length = Field(description="domain of Fig. 5 and 7 [mm]; one of `radii`")
     radii: list[Length] = Field(min_length=1, description="domain radii of Fig. 6 [mm]")
-    drawn: list[int] = Field(description="grids of Fig. 4, by their keys in series T3")
-    swept: list[int] = Field(description="grids of Fig. 6, by their keys in series T3")
+    drawn: list[int] = Field(min_length=1, description="grids of Fig. 4, by their keys in T3")
+    swept: list[int] = Field(
+        min_length=2, max_length=2, description="grids of Fig. 6, by their keys in T3"
+    )
     series: dict[str, Meshes] = Field(description="T3, T6, T6_graded: grids by triangles wanted")
+
+    @model_validator(mode="after")
+    def _what_is_shown_is_there(self) -> Self:
+        _require("series", SERIES, self.series)
+        _require("series.T6", self.series["T3"], self.series["T6"])
+        _require("series.T3", [*self.drawn, *self.swept], self.series["T3"])
+        _require("radii", [self.domain_radius], self.radii)
+        return self
 
 
 class Film(_Settings):
@@ -70,6 +104,21 @@ class Growth(_Settings):
         """All studies by their names."""
         return {name: getattr(self, name) for name in type(self).model_fields}
 
+    def near_miss_sizes(self) -> list[int]:
+        """Element sizes of the near-miss of the beam's bottom hole, coarse to fine [mm]."""
+        names = [name for name in self.beam.variants if name.startswith("first_")]
+        return sorted((int(name.removeprefix("first_")) for name in names), reverse=True)
+
+    @model_validator(mode="after")
+    def _what_is_shown_is_there(self) -> Self:
+        for name, study in self.studies().items():
+            _require(f"{name}.variants", GROWN[name], study.variants)
+        sizes = self.near_miss_sizes()
+        if not sizes:
+            raise ValueError("beam.variants: figures and claims need first_ with an element size")
+        _require("beam.variants", [f"second_{size}" for size in sizes], self.beam.variants)
+        return self
+
 
 class LargeStrain(_Settings):
     """Fig. 8 of the paper: CF against elongation, by formulation, law and grid."""
@@ -78,6 +127,11 @@ class LargeStrain(_Settings):
     variants: dict[str, dict[str, Any]] = Field(
         min_length=1, description="values of the scene that are replaced, by dotted keys"
     )
+
+    @model_validator(mode="after")
+    def _what_is_shown_is_there(self) -> Self:
+        _require("variants", PULLED, self.variants)
+        return self
 
 
 # Values of a scene by dotted keys, each with all that it takes.

@@ -10,7 +10,7 @@ from typing import Any
 
 from cfmpm.errors import Problem, SceneError
 from cfmpm.scene.document import read_document
-from cfmpm.study.batches import batches
+from cfmpm.study.batches import batch, batches
 from cfmpm.study.model import Study
 from cfmpm.study.reading import Plan, load_study
 from cfmpm.study.store import read_losses
@@ -64,7 +64,7 @@ class Studies:
     def members(self, wildcards: Any) -> range:
         """The members of a batch, by their numbers."""
         plan = self._plan(wildcards) if self._whole else load_study(self.file(wildcards), range(0))
-        return batches(plan)[int(wildcards.batch)]
+        return batch(plan, int(wildcards.batch))
 
     def keys(self, wildcards: Any) -> list[str]:
         """Keys of the members of a batch, which change with what they depend on."""

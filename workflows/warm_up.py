@@ -1,4 +1,4 @@
-"""Compile every kernel once and fill Numba's cache."""
+"""Compile the kernels that every job needs, for Numba to find in its cache."""
 
 from __future__ import annotations
 

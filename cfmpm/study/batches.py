@@ -26,8 +26,27 @@ def batches(plan: Plan) -> list[range]:
     ----------
     plan : Plan
     """
+    firsts = range(0, expansion.count(plan.axes), plan.study.batch)
+    return [batch(plan, number) for number in range(len(firsts))]
+
+
+def batch(plan: Plan, number: int) -> range:
+    """Members of one batch, by their numbers.
+
+    Parameters
+    ----------
+    plan : Plan
+    number : int
+        Of the batch, from 0.
+
+    Raises
+    ------
+    IndexError
+        Where there is no such batch.
+    """
     size, count = plan.study.batch, expansion.count(plan.axes)
-    return [range(first, min(first + size, count)) for first in range(0, count, size)]
+    first = range(0, count, size)[number]
+    return range(first, min(first + size, count))
 
 
 def write_batch(

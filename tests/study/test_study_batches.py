@@ -11,7 +11,7 @@ from study_texts import STUDY, write_study
 from cfmpm.errors import SceneError, SolveError
 from cfmpm.folder import held
 from cfmpm.study import batches as module
-from cfmpm.study.batches import batches, write_batch
+from cfmpm.study.batches import batch, batches, write_batch
 from cfmpm.study.member import Outcome, solve
 from cfmpm.study.reading import load_study
 from cfmpm.study.store import Store, read_losses, read_part, write_part
@@ -27,6 +27,13 @@ def run_badly(members, outcomes, store, workers) -> None:
         outcomes[one.key] = solve(one.key, one.scene) if number else lost
         store.add(outcomes[one.key])
     store.gather()
+
+
+def test_batches_hold_every_member_once(tmp_path: Path) -> None:
+    plan = load_study(write_study(tmp_path, STUDY.replace("[2, 4]", "[2, 3, 4]") + "batch: 4\n"))
+    assert batches(plan) == [batch(plan, 0), batch(plan, 1)] == [range(4), range(4, 6)]
+    with pytest.raises(IndexError):
+        batch(plan, 2)
 
 
 def test_the_last_attempt_writes_what_the_machine_lost(tmp_path: Path, monkeypatch) -> None:

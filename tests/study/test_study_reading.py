@@ -105,8 +105,8 @@ def test_keys_change_with_the_versions_that_decide_numbers(tmp_path: Path, monke
 
 
 def test_a_long_list_is_not_checked_by_pairs() -> None:
-    # By pairs it would take hours.
-    study = {"name": "a", "base": "b", "product": {"x": {"key": "c", "linspace": [0, 1, 300_000]}}}
+    # By pairs it would take many minutes.
+    study = {"name": "a", "base": "b", "product": {"x": {"key": "c", "linspace": [0, 1, 100_000]}}}
     assert not list(broken_rules(Study.model_validate(study), RESERVED))
 
 
@@ -257,9 +257,9 @@ BAD_SECTIONS = [
     ),
     (
         "product: {a: {key: mesh.size, linspace: [1, 2, 2000]}, "
-        "b: {key: material.E, linspace: [1, 2, 2000]}}",
+        "b: {key: material.E, linspace: [1, 2, 51]}}",
         "",
-        "would have 4000000 members",
+        "would have 102000 members; the limit is 100000",
     ),
 ]
 

@@ -9,12 +9,18 @@ import sys
 
 import pytest
 
-from workflows.lock import clear_after_kill
+from cfmpm.folder import held
+from workflows.lock import clear_after_kill, remove_unfinished
 
 HOLD = (
     "import sys, pathlib; from workflows.lock import clear_after_kill\n"
-    "clear_after_kill(*map(pathlib.Path, sys.argv[1:])); print('held', flush=True)\n"
+    "clear_after_kill(pathlib.Path(sys.argv[1])); print('held', flush=True)\n"
     "sys.stdin.read()"
+)
+OUTPUTS = (
+    *("results/.compiled", "results/paper/fig4.png", "results/paper/growth/{study,edge|beam}.nc"),
+    *("results/stability/cases.nc", "results/{study,[A-Z]*}/study.nc"),
+    "results/{study}/members/batch_{batch}.npz",
 )
 
 
@@ -32,8 +38,7 @@ def locked(tmp_path):
 def other(locked, root):
     """Another run that holds the kernel's lock; it has taken away no lock but its own."""
     text = locked.read_text()
-    snakemakes = locked.parents[1]
-    command = [sys.executable, "-c", HOLD, str(snakemakes), str(snakemakes.parent / "results")]
+    command = [sys.executable, "-c", HOLD, str(locked.parents[1])]
     process = subprocess.Popen(
         command, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
@@ -47,14 +52,16 @@ def other(locked, root):
 
 def begin(locked):
     """A further run begins."""
-    return clear_after_kill(locked.parents[1], locked.parents[2] / "results")
+    alive = clear_after_kill(locked.parents[1])
+    remove_unfinished(alive, locked.parents[2], OUTPUTS)
+    return alive
 
 
 @pytest.fixture
 def unfinished(locked):
     """What jobs write aside, all over the results."""
     results = locked.parents[2] / "results"
-    folder = results / "paper/.fig4.png.x1"
+    folder = results / "paper/.fig4.png.x1y_2z3a"
     paths = [
         *(folder / "fig4.png", results / "paper/growth/.edge.nc.0123abcd.part"),
         *(results / "stability/.cases.nc.0123abcd.part", results / "..compiled.0123abcd.part"),
@@ -93,9 +100,10 @@ def test_what_a_killed_run_has_left_is_removed(locked, other, unfinished):
     results = locked.parents[2] / "results"
     kept = [
         *(results / "paper/growth/edge.nc", results / "paper/fig4.png", results / ".compiled"),
-        # Of `cfmpm run` and `cfmpm study`, which may be running.
-        *(results / "plate/.lock", results / "plate/.history.nc.0123abcd.part"),
-        results / "lengths/members/.part_01.npz.0123abcd.part",
+        # Of `cfmpm run` and `cfmpm study`, which may be running, and `cfmpm plot`.
+        *(results / "paper" / name for name in (".started", ".paths.png.x1y_2z3a")),
+        results / "stability/.history.nc.0123abcd.part",
+        results / "lengths/members/.part.01.npz.0123abcd.part",
     ]
     touch(kept)
     other.kill()
@@ -106,13 +114,24 @@ def test_what_a_killed_run_has_left_is_removed(locked, other, unfinished):
     assert all(path.exists() for path in kept)
 
 
+def test_what_is_in_a_folder_that_a_run_holds_is_left(locked, unfinished):
+    results = locked.parents[2] / "results"
+    with held(results / "lengths"):
+        os.close(begin(locked))
+    left = [path for path in unfinished if path.exists()]
+    assert left == [path for path in unfinished if results / "lengths" in path.parents] != []
+    os.close(begin(locked))
+    assert not any(path.exists() for path in unfinished)
+
+
 def test_snakemake_goes_on_after_a_kill_and_waits_for_none_that_runs(root, tmp_path, snakemake):
     """The whole of it, on a workflow of one job that waits."""
     (tmp_path / "Snakefile").write_text(
         f"import sys; sys.path.insert(0, {str(root)!r})\n"
         "from pathlib import Path\n"
-        "from workflows.lock import clear_after_kill\n"
-        "ALIVE = clear_after_kill(Path('.snakemake'), Path('results'))\n"
+        "from workflows.lock import clear_after_kill, remove_unfinished\n"
+        "ALIVE = clear_after_kill(Path('.snakemake'))\n"
+        "onstart: remove_unfinished(ALIVE, Path(), ['results/paper/fig4.nc'])\n"
         "rule wait:\n    output: 'done'\n"
         "    shell: 'touch begun; while [ ! -e go ]; do sleep 0.1; done; touch done'\n"
     )
@@ -133,6 +152,8 @@ def test_snakemake_goes_on_after_a_kill_and_waits_for_none_that_runs(root, tmp_p
         first.kill()
         first.wait()
         (tmp_path / "go").touch()
+    snakemake("--dry-run", "--rerun-incomplete", folder=tmp_path)
+    assert aside.exists()
     snakemake("--cores", "1", "--rerun-incomplete", folder=tmp_path)
     assert (tmp_path / "done").exists()
     assert not aside.exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import html.parser
 import subprocess
 
@@ -38,6 +39,17 @@ def test_everything_is_there(reproduced):
     folder, _ = reproduced
     for name in EVERYTHING:
         assert (folder / "results/paper" / name).stat().st_size > 0
+
+
+def test_two_jobs_side_by_side_fit_in_4_gb(reproduced):
+    peaks = []
+    for path in (reproduced[0] / "results/benchmarks").rglob("*.tsv"):
+        with path.open(newline="", encoding="utf-8") as file:
+            peaks += [row["max_rss"] for row in csv.DictReader(file, delimiter="\t")]
+    # Of a job that ends at once nothing is measured.
+    first, second, *_ = sorted((float(mb) for mb in peaks if mb not in ("NA", "-")), reverse=True)
+    assert min(first, second) > 100
+    assert first + second < 4096
 
 
 def test_second_call_does_nothing(reproduced, snakemake):

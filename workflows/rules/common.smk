@@ -12,8 +12,9 @@ workdir: str(ROOT)
 sys.path.insert(0, str(ROOT))
 
 from cfmpm.program import program_files
+from workflows.imports import modules_of
 from workflows.job import let_scripts_import
-from workflows.lock import clear_after_kill
+from workflows.lock import clear_after_kill, remove_unfinished
 from workflows.settings import read_settings
 from workflows.studies import given_studies
 
@@ -21,7 +22,7 @@ let_scripts_import(ROOT)
 
 # The jobs of a cluster read this file too.
 if workflow.is_main_process:
-    ALIVE = clear_after_kill(ROOT / ".snakemake", ROOT / "results")
+    ALIVE = clear_after_kill(ROOT / ".snakemake")
 
 
 configfile: str(ROOT / "configs" / "workflow" / "section_5_1.yaml")
@@ -46,6 +47,16 @@ PACKAGE = [str(path.relative_to(ROOT)) for path in program_files()]
 PLOTTING = sorted(
     str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/plotting/*.py")
 )
+
+# What others have computed. Drawing and deciding take seconds: again when any of it changes.
+REFERENCES = sorted(
+    str(path.relative_to(ROOT)) for path in ROOT.glob("workflows/reference/*.csv")
+)
+
+
+def modules(script):
+    """The modules of the workflow that a script is made of."""
+    return modules_of(ROOT / "workflows" / "scripts" / f"{script}.py", ROOT)
 
 
 def plain(model):

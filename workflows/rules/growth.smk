@@ -2,7 +2,6 @@
 
 GROWTH = "results/paper/growth"
 GROWN = {study: f"{GROWTH}/{study}.nc" for study in STUDIES}
-DRAWING = ["workflows/paper/figures_growth.py", *PLOTTING]
 
 
 rule growth:
@@ -10,7 +9,7 @@ rule growth:
     input:
         scene=scene_of_study,
         compiled=rules.warm_up.output.stamp,
-        code="workflows/paper/growth.py",
+        code=modules("growth"),
     output:
         data=f"{GROWTH}/{{study}}.nc",
     log:
@@ -35,7 +34,7 @@ rule film:
     input:
         scene=scene_of_study,
         compiled=rules.warm_up.output.stamp,
-        code=["workflows/paper/film.py", *PLOTTING],
+        code=[*modules("film"), *PLOTTING],
     output:
         film=report(
             "results/paper/{study}.gif",
@@ -68,7 +67,7 @@ rule section_5_2:
     input:
         growth=GROWN["edge"],
         scene=STUDIES["edge"].scene,
-        code=DRAWING,
+        code=[*modules("section_5_2"), *PLOTTING],
     output:
         fig9=figure(9, "angle along the path", EDGE),
         fig9_data="results/paper/fig9.nc",
@@ -97,7 +96,8 @@ rule section_5_3:
     input:
         growth=GROWN["shear"],
         scene=STUDIES["shear"].scene,
-        code=DRAWING,
+        code=[*modules("section_5_3"), *PLOTTING],
+        references=REFERENCES,
     output:
         fig11=figure(11, "path", SHEAR),
         fig11_data="results/paper/fig11.nc",
@@ -126,7 +126,8 @@ rule section_5_4:
     input:
         growth=GROWN["holes"],
         scene=STUDIES["holes"].scene,
-        code=DRAWING,
+        code=[*modules("section_5_4"), *PLOTTING],
+        references=REFERENCES,
     output:
         fig13=figure(13, "paths", HOLES),
         fig13_data="results/paper/fig13.nc",
@@ -155,7 +156,8 @@ rule section_5_5:
     input:
         growth=GROWN["beam"],
         scene=STUDIES["beam"].scene,
-        code=DRAWING,
+        code=[*modules("section_5_5"), *PLOTTING],
+        references=REFERENCES,
     output:
         fig15=figure(15, "paths", BEAM),
         fig15_data="results/paper/fig15.nc",
@@ -170,7 +172,7 @@ rule section_5_5:
         mem_mb=1000,
         runtime=5,
     params:
-        sizes=[12, 8, 5, 3],
+        sizes=SETTINGS.growth.near_miss_sizes(),
     message:
         "Section 5.5: figures 15 and 16"
     script:
@@ -183,7 +185,8 @@ contribute(BEAM, [15, 16], ["growth/beam", "section_5_5", "film/beam"])
 rule claims_growth:
     input:
         **GROWN,
-        code=["workflows/paper/claims_growth.py", "workflows/paper/table.py"],
+        code=modules("claims_growth"),
+        references=REFERENCES,
     output:
         table="results/paper/sections_5_2_to_5_5.csv",
         markdown="results/paper/sections_5_2_to_5_5.md",

@@ -7,7 +7,7 @@ rule large_strain_data:
     input:
         scene=SETTINGS.large_strain.scene,
         compiled=rules.warm_up.output.stamp,
-        code="workflows/paper/large_strain.py",
+        code=modules("large_strain_data"),
     output:
         data="results/paper/large_strain/curves.nc",
     log:
@@ -29,13 +29,8 @@ rule large_strain_data:
 rule large_strain:
     input:
         data=rules.large_strain_data.output.data,
-        fem="workflows/reference/large_strain_fem.csv",
-        code=[
-            "workflows/paper/figures_large_strain.py",
-            "workflows/paper/claims_large_strain.py",
-            "workflows/paper/table.py",
-            *PLOTTING,
-        ],
+        references=REFERENCES,
+        code=[*modules("large_strain"), *PLOTTING],
     output:
         fig8=figure(8, "CF against elongation", LARGE),
         fig8_data="results/paper/fig8.nc",

@@ -8,10 +8,12 @@ rule overview:
             path for s in SECTIONS.values() for path in s["benchmarks"].values()
         ],
         tables=list(CLAIMS.values()),
-        code=[
-            *["workflows/paper/overview.py", "workflows/paper/table.py"],
-            "workflows/page.py",
+        captions=[
+            f"workflows/report/fig{number}.rst"
+            for s in SECTIONS.values()
+            for number in s["figures"]
         ],
+        code=modules("overview"),
     output:
         page=report(
             "results/paper/overview.html",

@@ -13,7 +13,15 @@ rule work_precision_data:
             }
         ),
         compiled=rules.warm_up.output.stamp,
-        code=["workflows/performance/work_precision.py", "workflows/reference_fem.py"],
+        references=sorted(
+            {
+                f"workflows/reference/{name}.csv"
+                for problem in WORK.paths.values()
+                for name in (problem.reference, problem.release)
+                if name is not None
+            }
+        ),
+        code=modules("work_precision_data"),
     output:
         data="results/performance/work_precision.nc",
     log:
@@ -35,10 +43,7 @@ rule work_precision_data:
 rule work_precision_figures:
     input:
         data=rules.work_precision_data.output.data,
-        code=[
-            *["workflows/performance/figures.py", "workflows/performance/defaults.py"],
-            *["workflows/performance/pareto.py", "workflows/page.py", *PLOTTING],
-        ],
+        code=[*modules("work_precision_figures"), *PLOTTING],
     output:
         errors=report(
             "results/performance/work_precision.png",
@@ -91,7 +96,7 @@ rule scaling_data:
     input:
         scene=SETTINGS.scaling.scene,
         compiled=rules.warm_up.output.stamp,
-        code="workflows/performance/scaling.py",
+        code=modules("scaling_data"),
     output:
         data="results/performance/scaling.nc",
     log:
@@ -114,7 +119,7 @@ rule scaling_data:
 rule scaling_figure:
     input:
         data=rules.scaling_data.output.data,
-        code=["workflows/performance/figures.py", *PLOTTING],
+        code=[*modules("scaling_figure"), *PLOTTING],
     output:
         picture=report(
             "results/performance/scaling.png",
@@ -140,7 +145,7 @@ rule newton_cost:
     input:
         scene=SETTINGS.newton_cost.scene,
         compiled=rules.warm_up.output.stamp,
-        code="workflows/performance/newton_cost.py",
+        code=modules("newton_cost"),
     output:
         data="results/performance/newton_cost.nc",
     log:
@@ -163,7 +168,7 @@ rule study_overhead:
     input:
         scene=SETTINGS.study_overhead.scene,
         compiled=rules.warm_up.output.stamp,
-        code="workflows/performance/study_overhead.py",
+        code=modules("study_overhead"),
     output:
         data="results/performance/study_overhead.nc",
     log:

@@ -9,7 +9,7 @@ rule section_5_1_data:
     input:
         scene=PAPER.scene,
         compiled=rules.warm_up.output.stamp,
-        code=["workflows/paper/section_5_1.py", "workflows/reference_fem.py"],
+        code=modules("section_5_1_data"),
     output:
         **{name: f"{S51}/{name}.nc" for name in PAPER.series},
         grids=f"{S51}/grids.nc",
@@ -43,10 +43,7 @@ rule section_5_1:
         **{name: rules.section_5_1_data.output[name] for name in PAPER.series},
         grids=rules.section_5_1_data.output.grids,
         scene=PAPER.scene,
-        code=[
-            *["workflows/paper/figures_5_1.py", "workflows/paper/claims_5_1.py"],
-            *["workflows/paper/table.py", *PLOTTING],
-        ],
+        code=[*modules("section_5_1"), *PLOTTING],
     output:
         fig4=figure(4, "four discretisations", STATIONARY),
         fig4_data="results/paper/fig4.nc",

@@ -6,7 +6,7 @@ rule stability_data:
     input:
         scene=SETTINGS.stability.scene,
         compiled=rules.warm_up.output.stamp,
-        code=["workflows/stability/cases.py", "workflows/stability/slivers.py"],
+        code=modules("stability_data"),
     output:
         data="results/stability/cases.nc",
     log:
@@ -28,7 +28,7 @@ rule stability_data:
 rule stability_page:
     input:
         data=rules.stability_data.output.data,
-        code=["workflows/stability/page.py", "workflows/page.py", *PLOTTING],
+        code=[*modules("stability_page"), *PLOTTING],
     output:
         errors="results/stability/errors.png",
         paths="results/stability/paths.png",

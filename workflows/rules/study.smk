@@ -25,9 +25,9 @@ rule study_batch:
     output:
         data=update(BATCH),
     log:
-        "results/logs/study/{study}_{batch}.log",
+        "results/logs/study/{study}/{batch}.log",
     benchmark:
-        "results/benchmarks/study/{study}_{batch}.tsv"
+        "results/benchmarks/study/{study}/{batch}.tsv"
     wildcard_constraints:
         study="[A-Za-z][A-Za-z0-9_-]*",
         batch=r"\d+",

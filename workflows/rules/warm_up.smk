@@ -1,9 +1,12 @@
-# Cold compilation takes longer than any job: do it once, before the fan-out.
+# Cold compilation takes longer than most jobs: what all of them need is compiled once, before the
+# fan-out. Kernels of growth and of finite deformation are left to the jobs that call them: for all
+# others to wait for these would take as long as two jobs take to compile them side by side.
 
 
 rule warm_up:
     input:
         package=PACKAGE,
+        code=modules("warm_up"),
     output:
         stamp="results/.compiled",
     log:
