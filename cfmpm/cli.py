@@ -7,7 +7,6 @@ All that is heavy (numba, gmsh, xarray, matplotlib) is imported within the comma
 from __future__ import annotations
 
 import logging
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -21,6 +20,7 @@ from typer.core import TyperGroup
 
 from cfmpm import __version__
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
+from cfmpm.interruption import terminated_as_interrupted
 
 if TYPE_CHECKING:
     from cfmpm.record import Record
@@ -220,7 +220,7 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
     with (
         _log_shown(verbose and not quiet),
         _progress(scene, visible=not (quiet or verbose)) as (announce, advance),
-        _terminated_as_interrupted(),
+        terminated_as_interrupted(),
     ):
 
         def observe(state: State, record: Record) -> None:
@@ -333,7 +333,7 @@ def plot(
             except SceneError as error:  # the other pictures are none the worse
                 typer.echo(f"no film: {error}", err=True)
     if fields is None:
-        typer.echo("no fields of this run: output.fields: true keeps those of its end", err=True)
+        typer.echo("no fields of the end of this run: output.fields: true keeps them", err=True)
     else:
         written.append(files.save_deformed(folder, fields))
         written += files.save_tip_forces(folder, fields, history)
@@ -412,7 +412,7 @@ def study(
             with (
                 _log_shown(not quiet),
                 _counted(len(keys), known, visible=not quiet) as count,
-                _terminated_as_interrupted(),
+                terminated_as_interrupted(),
             ):
                 run_members(plan.members, outcomes, store, workers or usable_cores(), count)
         except KeyboardInterrupt:
@@ -546,20 +546,6 @@ def _counted(total: int, known: int, *, visible: bool) -> Iterator[Callable[[Out
             bar.update()
 
         yield count
-
-
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Let a request to end (SIGTERM) do what Ctrl-C does, as long as the ``with`` block runs."""
-
-    def interrupt(number: int, frame: object) -> NoReturn:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager

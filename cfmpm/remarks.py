@@ -366,7 +366,8 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
             found.append(
                 f"{name}: {_steps(far)} J and G from K_I and K_II differ by up to "
                 f"{100 * apart.max():.2g} %: the grid is too coarse there; fracture.refine makes "
-                "it finer around the running tip"
+                "it finer around the running tip, but for the first segments behind a kink, which "
+                "are as short as an element on any grid"
             )
     if growth.control == "crack":
         found += _open_balance(history)

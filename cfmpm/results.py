@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
 from cfmpm.fracture.stability import STABILITY
+from cfmpm.interruption import held_back
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
 from cfmpm.versions import versions
@@ -340,6 +341,8 @@ def store(dataset: xr.Dataset, path: Path) -> None:
 def written_aside(path: Path) -> Iterator[Path]:
     """Give a place to write to, which becomes `path` when the ``with`` block ends well.
 
+    Requests to end wait for that.
+
     Parameters
     ----------
     path : Path
@@ -351,10 +354,11 @@ def written_aside(path: Path) -> Iterator[Path]:
     try:
         # Unlike tempfile's, with the permissions that any new file of this process gets.
         os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-        yield aside
-        with aside.open("rb+") as file:
-            os.fsync(file.fileno())
-        aside.replace(path)
+        with held_back():
+            yield aside
+            with aside.open("rb+") as file:
+                os.fsync(file.fileno())
+            aside.replace(path)
     finally:
         aside.unlink(missing_ok=True)
 

@@ -21,6 +21,7 @@ WIDTH = 100
 # Name in the history, what it is called, and its unit.
 _OF_TIPS = (
     ("G", "G", "N/mm"),
+    ("G_kink", "G of the kink", "N/mm"),
     ("J", "J", "N/mm"),
     ("J_plastic", "what plastic work adds to J", "N/mm"),
     ("cf_norm", "|CF|", "N/mm"),
@@ -32,6 +33,8 @@ _OF_TIPS = (
     ("critical_load_factor", "load at fracture / this load", ""),
 )
 _TIPS_ABREAST = 2
+# A kink that changes G by less than this part is none worth a line.
+STRAIGHT = 1e-3
 
 
 def of_run(result: Result, written: Sequence[Path]) -> str:
@@ -148,7 +151,7 @@ def _growth_plan(scene: Scene) -> list[str]:
     growth = scene.growth
     if growth is None:
         return []
-    quantity = "|CF|" if growth.criterion == "cf_norm" else "G"
+    quantity = "|CF|" if growth.criterion == "cf_norm" else "G of the kink"
     load = {
         "load": f"at the load of the scene, tips run whose {quantity} reaches g_c",
         "crack": f"increment by increment, at the load at which {quantity} of the first tip is g_c",
@@ -200,6 +203,8 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
         values = at[name].values
         if np.isnan(values).all() or (name == "G" and np.isnan(at["K_I"]).all()):
             continue  # of what the scene has not; G is J where there is no K
+        if name == "G_kink" and np.allclose(values, at["G"], rtol=STRAIGHT, equal_nan=True):
+            continue
         spread = (
             at[f"{name}_spread"].values if f"{name}_spread" in at else np.full(len(tips), np.nan)
         )

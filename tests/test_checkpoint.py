@@ -297,6 +297,31 @@ def test_a_run_that_breaks_off_keeps_what_it_found(
         )
 
 
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_a_request_to_end_waits_for_the_file_that_is_being_written(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch, asked: signal.Signals
+) -> None:
+    """In the midst of a write it would leave netCDF's lock taken, and the last write would hang."""
+    begun: list[bool] = []
+    write = xr.Dataset.to_netcdf
+
+    def interrupted(dataset: xr.Dataset, *arguments: Any, **keywords: Any) -> Any:
+        if not begun:
+            signal.raise_signal(asked)
+        begun.append(True)
+        return write(dataset, *arguments, **keywords)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(xr.Dataset, "to_netcdf", interrupted)
+        result = call("run", scene_file)
+    assert result.exit_code == 130
+    assert "cfmpm resume results/small goes on" in result.stderr
+    assert len(begun) > 1
+    with xr.open_dataset(Path("results/small") / HISTORY) as history:
+        assert "interrupted" in history.attrs["ending"]
+    assert not list(Path("results/small").glob(".*.part"))
+
+
 def test_a_run_that_ends_without_balance_is_no_success(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -547,7 +547,8 @@ class Scene(Model):
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
-        "auto: small, unless finite would change the energy by more than 1 % (finite_effect)",
+        "auto: small, unless finite would change the energy by more than 1 % (finite_effect); "
+        "plane stress and growth stay small, with a warning",
     )
     formulation: Literal["total", "updated"] = Field(
         "total",

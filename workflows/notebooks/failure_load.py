@@ -10,8 +10,9 @@
 # # At which load does it break, and how sure is that?
 #
 # A plate with an edge crack, whose length, stiffness and toughness are known with some
-# uncertainty. A linear scene breaks at the factor sqrt(g_c / G) on its load, which every history
-# with `g_c` states as `critical_load_factor`; of several tips a study takes the least. Samples are
+# uncertainty. A linear scene breaks at the factor sqrt(g_c / G_kink) on its load, with G in the
+# direction in which the crack will run. Every history with `g_c` states it as
+# `critical_load_factor`; of several tips a study takes the least. Samples are
 # drawn by Latin hypercube: one from each of as many intervals of equal probability.
 
 # %%

@@ -1,0 +1,50 @@
+"""Requests to end: Ctrl-C and SIGTERM, the signal of clusters and of `timeout`."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NoReturn
+
+REQUESTS = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """Let SIGTERM do what Ctrl-C does, raise KeyboardInterrupt, as long as the ``with`` runs."""
+
+    def interrupt(number: int, frame: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Let requests to end wait until the ``with`` block has run.
+
+    An exception in the midst of a write to netCDF leaves the lock of that library taken, and the
+    next write, of what is to be kept, would wait for it for ever. In other threads than the main
+    one, in which no such exception is raised, nothing is done.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    asked: list[int] = []
+    before = {one: signal.getsignal(one) for one in REQUESTS}
+    try:
+        for one in REQUESTS:
+            signal.signal(one, lambda number, frame: asked.append(number))
+        yield
+    finally:
+        for one, handler in before.items():
+            # None: a handler that Python did not set, and cannot set again.
+            signal.signal(one, signal.SIG_DFL if handler is None else handler)
+        if asked:
+            signal.raise_signal(asked[0])
