@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,8 +26,9 @@ from cfmpm.study.layout import RESERVED
 from cfmpm.study.model import Study
 from cfmpm.versions import DECIDING, versions
 
-# How many different problems of members are told.
+# How many different problems of members are told. Those that differ in their numbers are one.
 MOST_TOLD = 10
+NUMBER = re.compile(r"-?\d[\d.]*(e[+-]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,7 @@ def _members(
 ) -> tuple[Member, ...]:
     keys, written = _written(study, document)
     members: list[Member] = []
-    first: dict[Problem, str] = {}
+    first: dict[Problem, tuple[Problem, str]] = {}  # by the problem without its numbers
     many: Counter[Problem] = Counter()
     bad = 0
     for index in expansion.places(axes, only):
@@ -153,17 +155,18 @@ def _members(
             scene = scene_from_document(base.overridden(overrides, written), folder)
         except SceneError as error:
             bad += 1
-            for problem in dict.fromkeys(error.problems):
-                if problem in first or len(first) < MOST_TOLD:
-                    first.setdefault(problem, label(axes, index))
-                    many[problem] += 1
+            kinds = {replace(p, reason=NUMBER.sub("#", p.reason)): p for p in error.problems}
+            for kind, problem in kinds.items():
+                if kind in first or len(first) < MOST_TOLD:
+                    first.setdefault(kind, (problem, label(axes, index)))
+                    many[kind] += 1
         else:
             members.append(Member(index, called, scene, _key(scene)))
     if bad:
         varied = {parse_key(key): written[key] for key in keys.values()}
         problems = []
-        for problem, member in first.items():
-            n = many[problem]
+        for kind, (problem, member) in first.items():
+            n = many[kind]
             named = f"member {member}" if n == 1 else f"in {n} members, such as {member}"
             problems.append(_placed(problem, named, document, varied))
         if bad > 1 or len(first) == MOST_TOLD:

@@ -281,6 +281,13 @@ def test_a_bad_member_is_named_with_file_line_and_key(tmp_path: Path) -> None:
     ]
 
 
+def test_mistakes_that_differ_in_their_numbers_are_told_once(tmp_path: Path) -> None:
+    """As by a distribution that reaches below zero."""
+    told, _ = refused(tmp_path, STUDY.replace("[2, 4]", "[2, -3, -4.5e-3]"))
+    assert told.key == "in 4 members, such as length=-3, E=100000: family.crack_length"
+    assert told.reason.endswith("got -3")
+
+
 def test_what_is_wrong_in_the_base_keeps_its_place_there(tmp_path: Path) -> None:
     path = write_study(tmp_path)
     scene = tmp_path / "small.yaml"
@@ -300,10 +307,13 @@ def test_a_key_that_the_scene_does_not_have(tmp_path: Path) -> None:
 
 
 def test_few_of_many_problems_are_told(tmp_path: Path) -> None:
-    numbers = STUDY.replace("material.E, linspace: [100e3", "material.nu, linspace: [0.6")
-    problems = refused(tmp_path, numbers.replace("200e3, 2]", "0.9, 50]"))
+    words = ", ".join(f"x{letter}" for letter in "abcdefghijklmnop")
+    laws = STUDY.replace(
+        "material.E, linspace: [100e3, 200e3, 2]", f"material.law, values: [{words}]"
+    )
+    problems = refused(tmp_path, laws)
     assert len(problems) == reading.MOST_TOLD + 1
-    assert problems[-1].reason == "100 of 100 members are refused; nothing was run"
+    assert problems[-1].reason == "32 of 32 members are refused; nothing was run"
 
 
 def test_a_part_of_a_list_is_told_at_its_parameter(tmp_path: Path) -> None:
