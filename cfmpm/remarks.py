@@ -331,12 +331,8 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
     found = []
     for name in history["tip"].values:
         tip = history.sel(tip=name)
-        place = np.column_stack([tip["tip_x"], tip["tip_y"]])
-        rest = np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1]
         h, clearance = tip["tip_size"].values, tip["clearance"].values
-        arrived = TIP_STATUS[int(tip["tip_status"][-1])].startswith("arrived")
-        before = np.append(rest, 0.0) > (LIGAMENT * h if arrived else -1.0)
-        before &= np.isfinite(h)
+        before = _before_arrival(tip)
         close = before & (clearance < LIGAMENT * h)
         if close.any():
             nearest = float(clearance[close].min())
@@ -384,6 +380,27 @@ def _open_balance(history: xr.Dataset) -> list[str]:
         f"{100 * parts[0]:.2g} % of the work: by so much G is wrong on the way; fracture.refine, "
         "or a smaller mesh.size, closes it"
     ]
+
+
+def resolved_steps(tip: xr.Dataset) -> NDArray[np.bool_]:
+    """Steps in which the domains of a tip have room, (step,).
+
+    Not so within the last elements before an arrival, and where the tip passes close by something.
+
+    Parameters
+    ----------
+    tip : xarray.Dataset
+        History of one tip.
+    """
+    return _before_arrival(tip) & (tip["clearance"].values >= LIGAMENT * tip["tip_size"].values)
+
+
+def _before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
+    place = np.column_stack([tip["tip_x"], tip["tip_y"]])
+    rest = np.append(np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1], 0.0)
+    h = tip["tip_size"].values
+    arrived = TIP_STATUS[int(tip["tip_status"][-1])].startswith("arrived")
+    return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
 
 
 def parts_of_gap(history: xr.Dataset) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cfmpm.body import Body
 from cfmpm.grid import Grid
-from cfmpm.remarks import doubts_before, parts_of_gap
+from cfmpm.remarks import doubts_before, parts_of_gap, resolved_steps
 from cfmpm.scene import Scene
 from cfmpm.simulation import Result
 
@@ -247,7 +247,8 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
         for called, key in ranges.items():
             column[called] = f"{float(first[key]):.6g} to {float(last[key]):.6g}"
         if "K_I" in ranges.values():
-            column["J / G - 1, at most"] = f"{np.nanmax(np.abs(_apart(tip))):.1e}"
+            apart = np.abs(_apart(tip))[resolved_steps(tip)]
+            column["J / G - 1, at most"] = f"{np.nanmax(apart, initial=0.0):.1e}"
             column["first kink angle [deg]"] = f"{float(first['kink_angle']):.3f}"
         columns.append(column)
     rows = [[called, *(column[called] for column in columns)] for called in columns[0]]

@@ -430,6 +430,20 @@ class TestGrowth:
         scene.write_text(graded + "growth: {control: crack, increments: 4}\n")
         return scene
 
+    def test_the_last_elements_before_an_arrival_count_for_nothing(self, scene: Path) -> None:
+        """There no domain holds enough of them for J and G to be the same."""
+        result = call("run", scene, "--set", "growth.increments=300")
+        assert result.exit_code == 0, result.output
+        assert "arrived at boundary" in result.stdout
+        (told,) = [line for line in result.stdout.splitlines() if line.startswith("J / G - 1")]
+        with xr.open_dataset("results/small/history.nc") as history:
+            tip = history.isel(tip=0)
+            apart = abs(tip["J"] / tip["G"] - 1)
+            roomy = tip["clearance"] >= 3 * tip["tip_size"]
+            within = float(apart.where(roomy).max())
+        assert told.split()[-1] == f"{within:.1e}"
+        assert within < float(apart.max())
+
     def test_the_summary_states_the_numbers_of_the_history(self, scene: Path) -> None:
         result = call("run", scene)
         assert result.exit_code == 0, result.output
@@ -463,7 +477,15 @@ class TestGrowth:
     @pytest.mark.parametrize(
         ("changes", "words"),
         [
-            ([], ("increment by increment", "G of the first tip", "hoop", "4 increments at most")),
+            (
+                [],
+                (
+                    "increment by increment",
+                    "G of the kink of the first tip",
+                    "hoop",
+                    "4 increments at most",
+                ),
+            ),
             (["growth.control=load", "growth.criterion=cf_norm"], ("whose |CF| reaches g_c",)),
             (["growth.tips=largest", "growth.direction=cf"], ("alone", "configurational force")),
             (["growth.control=fatigue", "fatigue={C: 1e-12, m: 3}"], ("by cycles", "Paris' law")),

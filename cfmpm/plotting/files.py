@@ -30,6 +30,7 @@ from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
 from cfmpm.plotting.style import COLOUR_BAR, LEGEND, picture, size_around
 from cfmpm.plotting.tip import draw_radii, draw_tip_forces, draw_tip_points
+from cfmpm.remarks import resolved_steps
 from cfmpm.scene import Scene
 
 # Sizes of pictures around a tip and of curves [inch].
@@ -57,16 +58,18 @@ def save_tip_points(folder: Path, body: Body) -> list[Path]:
 
 
 def save_radii(folder: Path, history: xr.Dataset) -> list[Path]:
-    """Write radii_<tip>.png for each tip at the last step that knows it, for several radii."""
+    """Write radii_<tip>.png for each tip at the last step that resolves it, for several radii."""
     if history.sizes["radius"] < 2:
         return []
     paths = []
     for name in history["tip"].values:
         of_tip = history.sel(tip=name)
-        evaluated = np.flatnonzero(np.isfinite(of_tip["J"].values))
+        evaluated = np.isfinite(of_tip["J"].values)
+        resolved = evaluated & resolved_steps(of_tip)
+        shown = np.flatnonzero(resolved if resolved.any() else evaluated)[-1]
         paths.append(Path(folder) / f"radii_{name}.png")
         with picture(paths[-1], CURVE) as axes:
-            draw_radii(axes, of_tip.isel(step=evaluated[-1]))
+            draw_radii(axes, of_tip.isel(step=shown))
     return paths
 
 

@@ -31,9 +31,9 @@ ENDS = {
     "severed": ("D", "in a severed body"),
 }
 # Length of the longest arrow as a part of the size of the body.
-LONGEST = 0.08
+LONGEST = 0.06
 # Distance that a tip goes from one arrow to the next, in the same unit.
-APART = 0.02
+APART = 0.065
 
 
 def draw_paths(
@@ -103,7 +103,7 @@ def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> A
         colour, _ = STYLES[i % len(STYLES)]
         of_tip = history.sel(tip=name)
         norm = of_tip["cf_norm"].values
-        axes.plot(*tip_path(history, str(name)).T, "-", color=colour, lw=0.8, zorder=3)
+        axes.plot(*tip_path(history, str(name)).T, "-", color=BLACK, lw=0.8, zorder=3)
         if np.isnan(norm).all():
             continue
         places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])

@@ -321,13 +321,13 @@ def test_forces_are_drawn_of_the_parts_that_move(tmp_path: Path) -> None:
 def test_arrows_that_would_cover_each_other_are_left_out(axes: Axes, history: xr.Dataset) -> None:
     tips = ("step", "tip")
     near = history.assign(
-        tip_x=history["tip_x"] * 0.1,  # steps of 0.1 in a plate of 20: one arrow every fourth
+        tip_x=history["tip_x"] * 0.4,  # steps of 0.4 in a plate of 20: one arrow every fourth
         cf_x=(tips, np.ones((5, 2))),
         cf_y=(tips, np.zeros((5, 2))),
         cf_norm=(tips, np.ones((5, 2))),
     )
     draw_tip_cf(axes, near, expand(scene_from_dict(SCENE)))
     left, right = (c for c in axes.collections if isinstance(c, Quiver))
-    assert left.X.tolist() == pytest.approx([0.0, 0.4])
-    assert right.X.tolist() == pytest.approx([0.9])
+    assert left.X.tolist() == pytest.approx([0.0, 1.6])
+    assert right.X.tolist() == pytest.approx([3.6])
     assert left.get_label() == "left: |CF| 1 N/mm"
