@@ -101,6 +101,8 @@ class Keeper:
             for name, dataset in datasets.items():
                 store(dataset, stack.enter_context(written_aside(self._folder / name)))
             self._take_over()
+            if self._series is not None:
+                self._series.finish()
         (self._folder / CHECKPOINT).unlink(missing_ok=True)
         by_step = [INDEX] if self._series is not None else []
         return [self._folder / name for name in (*datasets, *by_step)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from cfmpm.fields import crack_length, state_fields
 from cfmpm.folder import HISTORY, INDEX
 from cfmpm.record import Record
 from cfmpm.results import provenance, write_dataset
+from cfmpm.scene.model import Scene
 from cfmpm.simulation import State
 
 
@@ -24,7 +27,7 @@ class FieldSeries:
     folder : Path
         The files of an earlier run are taken away.
     every : int or None
-        The first step is written, and every so many steps on; None: no step.
+        The first step is written, every so many steps on, and the last; None: no step.
     done : int, optional
         Steps of the same run that were solved before it was broken off; their files stay.
     """
@@ -32,6 +35,7 @@ class FieldSeries:
     def __init__(self, folder: Path, every: int | None, done: int = 0) -> None:
         self._folder, self._every = Path(folder), every
         self._rows: list[tuple[int, float, float, str]] = []
+        self._last: Callable[[], None] | None = None  # writes the last state, if that is due
         if (self._folder / INDEX).exists():
             index = _read_index(self._folder)
             rows = list(zip(*(index[name].values.tolist() for name in _COLUMNS), strict=True))
@@ -46,13 +50,22 @@ class FieldSeries:
 
     def observe(self, state: State, record: Record) -> None:
         """Write the fields of a state if it is its turn; an observer of `simulation.run`."""
-        step, load_factor = len(record.steps), record.steps[-1].load_factor
-        if self._every is None or (step - 1) % self._every:
+        if self._every is None:
             return
-        name = f"fields_{step:04}.nc"
-        attributes = provenance(record.scene)
-        fields = state_fields(state, step, load_factor, attributes)
-        write_dataset(fields, self._folder / name)
+        step, load_factor = len(record.steps), record.steps[-1].load_factor
+        self._last = partial(self._write, state, record.scene, step, load_factor)
+        if (step - 1) % self._every == 0:
+            self.finish()
+
+    def finish(self) -> None:
+        """Write the fields of the last state, if they are not yet."""
+        if self._last is not None:
+            self._last()
+            self._last = None
+
+    def _write(self, state: State, scene: Scene, step: int, load_factor: float) -> None:
+        name, attributes = f"fields_{step:04}.nc", provenance(scene)
+        write_dataset(state_fields(state, step, load_factor, attributes), self._folder / name)
         length = crack_length(state.body.triangulation)
         self._rows.append((step, load_factor, length, name))
         write_dataset(_index(self._rows).assign_attrs(attributes), self._folder / INDEX)

@@ -57,6 +57,19 @@ def test_the_table_lists_the_files(kept: tuple[Path, Result]) -> None:
     assert sorted(folder.iterdir()) == sorted([*files, folder / INDEX])
 
 
+def test_the_last_state_is_kept_too_and_once(tmp_path: Path) -> None:
+    scene = scene_from_dict(growing())
+    for every, steps in ((3, [1, 4, 5]), (2, [1, 3, 5])):
+        folder = tmp_path / str(every)
+        series = FieldSeries(folder, every)
+        run(scene, observe=series.observe)
+        series.finish()
+        series.finish()
+        with xr.open_dataset(folder / INDEX) as index:
+            assert index["step"].values.tolist() == steps
+        assert [path.name for path in list_fields(folder)] == [f"fields_{n:04}.nc" for n in steps]
+
+
 def test_each_file_is_sound(kept: tuple[Path, Result]) -> None:
     folder, result = kept
     for path in list_fields(folder):

@@ -525,8 +525,8 @@ class Output(Model):
     )
     every: Annotated[Count, Field(ge=1)] | None = Field(
         None,
-        description="the same at the first step of a growing crack and every so many steps on: "
-        "fields_0001.nc ..., with a table of them, fields_index.nc",
+        description="the same at the first step of a growing crack, every so many steps on, and "
+        "the last: fields_0001.nc ..., with a table of them, fields_index.nc",
     )
 
 
