@@ -88,7 +88,7 @@ def test_arrows_have_the_direction_and_size_of_the_force(result: Result, axes: A
     np.testing.assert_array_equal(arrows.V, tip["cf_y"].values[rows])
     # Forward, and none longer than its share of the plate.
     assert (arrows.U > 0.0).all()
-    assert float(tip["cf_norm"].max()) / arrows.scale == pytest.approx(0.08 * 20.0)
+    assert float(tip["cf_norm"].max()) / arrows.scale == pytest.approx(0.06 * 20.0)
 
 
 def test_without_axes_there_is_a_new_figure(result: Result) -> None:
