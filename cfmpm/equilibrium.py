@@ -54,8 +54,8 @@ class Equilibrium:
     finite : bool
         Whether by finite deformation; else results grow in proportion to the load.
     finite_effect : float
-        Part of the energy that finite deformation would change, where it was left out; nan where
-        nobody asked.
+        Part of the energy that finite deformation would change, where it was left out: at
+        `load_factor`, of first order in the load; nan where nobody asked.
     external_work : float
         That finite deformation has taken so far [N]; nan where results grow with the load.
     history : (p, h) float

@@ -88,8 +88,9 @@ def solve(
     balance = _solve_small(body, gradients, clock)
     if scene.kinematics == "auto":
         levels = load_levels(scene)
-        effect = finite_effect(body, gradients, balance, max(map(abs, levels)))
-        balance = replace(balance, finite_effect=effect)
+        largest = max(map(abs, levels))
+        effect = finite_effect(body, gradients, balance, largest)
+        balance = replace(balance, finite_effect=effect / largest)
         if _may_be_finite(scene) and (min(levels) < 0.0 or effect > NEGLIGIBLE):
             return _solve_finite(body, gradients, None, level, clock)
     return balance
@@ -157,19 +158,20 @@ def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: fl
     balance : Equilibrium
         At small strain.
     level : float
-        Load factor.
+        Load factor, greater than zero.
 
     Returns
     -------
     float
-        |r . u| / (2 W) with r the unbalanced force at finite deformation of the displacement u,
-        which is of second order in it. Where u turns points inside out, from a smaller load, to
-        which it is in proportion.
+        At that load factor, |r . u| / (2 W) with r the unbalanced force at finite deformation of
+        the displacement u. As r is of second order in u and W is too, the estimate is of first
+        order in the load. Where u turns points inside out it is taken from a smaller load, in
+        proportion.
     """
     grid, points, loading = body.grid, body.integration, body.loading
     energy = np.sum(points.energy * points.volume)
     stiffest = lame_constants(body.scene, grid.region_names).max()
-    if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max() or level == 0.0:
+    if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max():
         return 0.0
     factor = level
     while True:

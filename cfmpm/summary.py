@@ -30,7 +30,7 @@ _OF_TIPS = (
     ("K_II", "K_II", "MPa mm^0.5"),
     ("T_stress", "T-stress", "MPa"),
     ("kink_angle", "kink angle, largest hoop stress", "deg"),
-    ("critical_load_factor", "load at fracture / this load", ""),
+    ("critical_load_factor", "load factor at fracture", ""),
 )
 _TIPS_ABREAST = 2
 # A kink that changes G by less than this part is none worth a line.

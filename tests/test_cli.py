@@ -60,7 +60,13 @@ class TestRun:
             said = f"{float(history['G'][-1, 0]):#.6g}"
             assert f"{float(history['critical_load_factor'][-1, 0]):#.6g}" in result.stdout
         assert said in result.stdout
-        for word in ("K_II [MPa mm^0.5]", "load at fracture", "left out", "history.nc", "(4, 10)"):
+        for word in (
+            "K_II [MPa mm^0.5]",
+            "load factor at fracture",
+            "left out",
+            "history.nc",
+            "(4, 10)",
+        ):
             assert word in result.stdout
         assert result.stderr == ""
 
