@@ -69,7 +69,7 @@ def test_t6_numbers_each_inner_edge_once():
     np.testing.assert_allclose(middle, 0.5 * (ends[0] + ends[1]), atol=1e-15)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     nx=st.integers(3, 9),
     ny=st.integers(2, 7),

@@ -228,7 +228,6 @@ def check_history(history: Any) -> None:
 @pytest.mark.slow
 @settings(
     max_examples=200,
-    deadline=None,
     suppress_health_check=list(HealthCheck),
     phases=[Phase.explicit, Phase.reuse, Phase.generate],  # shrinking takes minutes
 )
@@ -243,7 +242,6 @@ def test_cracks_of_random_scenes_grow_to_a_stated_end(scene: Scene) -> None:
 @pytest.mark.slow
 @settings(
     max_examples=80,
-    deadline=None,
     suppress_health_check=list(HealthCheck),
     phases=[Phase.explicit, Phase.reuse, Phase.generate],
 )

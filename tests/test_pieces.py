@@ -110,7 +110,7 @@ def assert_whole(grid, points, quadrature):
 
 
 elements = pytest.mark.parametrize("element", ["T3", "T6"])
-examples = settings(max_examples=30, deadline=None)
+examples = settings(max_examples=30)
 numbers = st.integers(0, 10**6)
 
 

@@ -46,7 +46,7 @@ def test_t6_points_are_centroids_of_the_paper_s_corner_triangles():
     np.testing.assert_allclose(seed(grid).position[:3], expected, atol=1e-15)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     shake=st.floats(0, 0.45),
     rng=st.integers(0, 10_000),
@@ -72,7 +72,7 @@ def test_every_point_is_found_where_the_paper_finds_it(shake, rng, hinted, shift
                 assert hull_test(corners[element], position)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(rng=st.integers(0, 10_000), weight=st.floats(0, 1), hinted=st.booleans())
 def test_points_on_edges_and_vertices_are_never_lost(rng, weight, hinted):
     grid = build_grid(rectangle(6, 5, shake=0.5, crack=(2, 1, 4), seed=rng), "T3")

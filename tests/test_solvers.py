@@ -112,7 +112,7 @@ def test_modes_of_the_free_unknowns():
 
 
 @pytest.mark.parametrize("name", solvers.SOLVERS)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(nx=st.integers(1, 25), ny=st.integers(1, 25), seed=st.integers(0, 99))
 def test_solves(name, nx, ny, seed):
     if not solvers.available(name):

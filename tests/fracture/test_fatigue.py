@@ -61,7 +61,7 @@ def test_who_is_due():
     assert fatigue.due({}, {"d": 0.0}, segments) == ("", [])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     rates=st.lists(st.floats(0.01, 1.0), min_size=1, max_size=4),
     lengths=st.lists(st.floats(0.6, 1.4), min_size=60, max_size=60),

@@ -50,7 +50,7 @@ def second_moments(polygon):
     return np.array([xx, xy, yy])
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(seed=st.integers(0, 10**6), scale=st.sampled_from([0.2, 1.0, 5.0]))
 def test_pieces_are_those_of_shapely(seed, scale):
     rng = np.random.default_rng(seed)
@@ -63,7 +63,7 @@ def test_pieces_are_those_of_shapely(seed, scale):
         np.testing.assert_allclose(position[0], np.ravel(expected.centroid.xy), atol=1e-12)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(seed=st.integers(0, 10**6), scale=st.sampled_from([0.2, 1.0, 5.0]))
 def test_fan_integrates_quadratic_functions_exactly(seed, scale):
     rng = np.random.default_rng(seed)
@@ -79,7 +79,7 @@ def test_fan_integrates_quadratic_functions_exactly(seed, scale):
     np.testing.assert_allclose(volume @ np.column_stack([x * x, x * y, y * y]), second, atol=1e-13)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(seed=st.integers(0, 10**6), k=st.sampled_from([3, 6]))
 def test_pieces_lie_in_their_triangle_and_their_domain(seed, k):
     rng = np.random.default_rng(seed)
@@ -131,7 +131,7 @@ def test_touching_polygons(polygon, area, k, shift):
     assert (len(volume) > 0) == (area > 0)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(seed=st.integers(0, 10**6))
 def test_two_sides_of_a_line_make_the_whole(seed):
     rng = np.random.default_rng(seed)

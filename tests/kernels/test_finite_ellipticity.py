@@ -41,7 +41,7 @@ def test_without_strain_it_is_one(law):
     np.testing.assert_allclose(ellipticity(law, EYE), 1.0, rtol=1e-14)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(
     law=st.sampled_from([*ELASTIC, laws.J2]),
     seed=st.integers(0, 10**6),
@@ -63,7 +63,7 @@ def test_no_direction_is_missed(law, seed, size):
     assert ours >= lowest - 1e-7 * scale
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     values=st.lists(
         st.sampled_from([0.0, 1e-12, 1.0, -1.0]) | st.floats(-2, 2), min_size=5, max_size=5

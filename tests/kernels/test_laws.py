@@ -138,7 +138,7 @@ def test_neo_hookean_energy(law):
         np.testing.assert_allclose(respond(law, H)[1], reference, rtol=1e-11, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     law=st.sampled_from([*ELASTIC, laws.J2]),
     angle=st.floats(-np.pi, np.pi),
@@ -189,7 +189,7 @@ def test_small_strain_is_linear_elasticity(law, size):
         np.testing.assert_allclose(c, D, atol=2 * (LAM + MU) * (1e-15 + 20 * size))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(y=st.floats(-0.999, 1e6))
 def test_log_defect(y):
     """In extended precision, where it cancels by its series."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from structured import rectangle
 
@@ -24,7 +24,6 @@ def smooth(mesh, least, movable=None):
     return nodes, moved, movable
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.2, 0.5, 1.0]))
 def test_no_triangle_becomes_worse_than_the_worst_was(seed, least):
     mesh = rectangle(5, 4, shake=0.9, seed=seed)

@@ -307,7 +307,7 @@ def test_a_body_far_from_the_origin():
     assert areas(t).sum() == pytest.approx(100, rel=1e-8)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     radii=st.lists(st.floats(0.4, 1), min_size=3, max_size=9),
     mouth=st.integers(0, 8),

@@ -364,7 +364,7 @@ def test_faces_may_lie_on_supports():
 
 
 @pytest.mark.parametrize("patience", [0, contact.PATIENCE])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
 def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     """With patience 0 pairs soon change one at a time, which ends on any such matrix (Murty)."""

@@ -34,7 +34,7 @@ def solve_with_boundary_displacement(grid, field, lame=LAME):
 
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(shake=st.floats(0, 0.45), seed_=st.integers(0, 999))
 def test_patch_test_on_any_grid(element, shake, seed_):
     """A linear displacement is reproduced on any distorted grid, with its uniform stress."""
