@@ -147,6 +147,26 @@ class TestLimitPoint:
         assert result.history.attrs["ending"].startswith("solved")
         assert result.balance.substeps >= 2
 
+    @pytest.mark.parametrize(
+        ("length", "substeps"),
+        [(1.48, 1), (1.52, 2), (1 / 1.48, 1), (1 / 1.52, 2)],
+        ids=["pulled", "pulled too far", "pressed", "pressed too far"],
+    )
+    def test_no_step_stretches_or_presses_a_point_by_more_than_half(self, length, substeps):
+        """Prescribed on the whole boundary, so that nothing but the limit keeps steps short."""
+        loads = [
+            {"edge": "edge_4", "displacement": {"x": 0}},
+            {"edge": "edge_2", "displacement": {"x": 40 * (length - 1)}},
+            {"edge": "edge_1", "displacement": {"y": 0}},
+            {"edge": "edge_3", "displacement": {"y": 0}},
+        ]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(newton, "FIRST_STRAIN", 10.0)
+            result = run(BLOCK, loads=loads, material={"E": 1e3, "nu": 0.3, "law": "ciarlet"})
+        assert result.balance.substeps == substeps
+        F = result.points.displacement_gradient + np.eye(2)
+        np.testing.assert_allclose(F, [np.diag([length, 1.0])] * len(F), atol=1e-12)
+
     def test_ellipticity_lost_is_counted_and_said(self):
         """Equibiaxial, Hencky loses it near a stretch of 2 (design study)."""
         pull = [

@@ -200,6 +200,39 @@ def test_singular(solver, mechanism):
         solver.factor(K, modes)
 
 
+def pairs_on_weak_ground(growth):
+    """Pairs of nodes tied together, each on a ground so weak that a probe grows that much.
+
+    Elimination is exact in binary, in any order: all pivots are positive, and no solver sees
+    anything but the size of the answer. Half the pairs or so are probed by two like signs, to
+    which the answer is 2 over the ground.
+    """
+    ground = 2.0 / growth
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0 + ground]])
+    K = csr_array(block_diag([pair] * 20, format="csr"))
+    return K, np.tile(np.eye(2), (20, 1))
+
+
+def test_a_mechanism_with_positive_pivots_is_told_by_the_growth_of_a_probe(solver):
+    K, modes = pairs_on_weak_ground(2.0**47)
+    assert solvers.SINGULAR < 2.0**47
+    with pytest.raises(NotPositiveDefiniteError, match=r"a probe grew to 1e\+14") as caught:
+        solver.factor(K, modes)
+    assert 0 <= caught.value.unknown < 40
+    # A factor that has been good is no better.
+    sound, _ = pairs_on_weak_ground(8.0)
+    factor = solver.factor(sound, modes)
+    with pytest.raises(NotPositiveDefiniteError, match="singular to round-off"):
+        factor.refactor(K)
+
+
+def test_a_soft_body_is_no_mechanism(solver):
+    """A thousand times what sound plane problems reach, and a tenth of a part without support."""
+    K, modes = pairs_on_weak_ground(2.0**41)
+    x = solver.factor(K, modes).solve(K @ np.arange(40.0)).x
+    np.testing.assert_allclose(x, np.arange(40.0), rtol=1e-3, atol=1e-3)
+
+
 def test_zero_and_negative_diagonal(solver):
     for entry in (0.0, -1.0):
         with pytest.raises(NotPositiveDefiniteError, match="unknown 1") as caught:

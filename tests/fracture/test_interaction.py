@@ -1,0 +1,114 @@
+"""Interaction integrals of loaded bodies: the domain must not matter, nor the frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from structured import rectangle
+
+import cfmpm
+from cfmpm.fracture import cf
+from cfmpm.grid import build_grid
+from cfmpm.kernels import basis, eshelby
+from cfmpm.points import seed
+from cfmpm.scene.reading import scene_from_dict
+
+CRACKS = {
+    "from the left": [[0, 55], [40, 55]],
+    "inclined": [[0, 40], [40, 60]],
+    # Its tip is the first point, and looks to the left.
+    "from the right": [[55, 50], [100, 70]],
+}
+# By which the cracks open [N/mm^3]: one component alone, and both.
+FORCES = {"along": [0.02, 0.0], "across": [0.0, 0.02], "both": [0.01, 0.03]}
+
+
+def hung(crack, force):
+    """A plate on its bottom edge under a body force, at its tip."""
+    outline = [{"at": [0, 0], "edge": "bottom"}, [100, 0], [100, 120], [0, 120]]
+    scene = {
+        "name": "hung",
+        "geometry": {"outline": outline, "cracks": [{"points": crack}]},
+        "material": {"E": 1000.0, "nu": 0.25},
+        "kinematics": "small",
+        "loads": [
+            {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
+            {"body_force": force},
+        ],
+        "mesh": {"element": "T6", "size": 5, "grading": {"tip_size": 0.05, "growth": 0.2}},
+        "fracture": {"radii": [4, 12, 30]},
+    }
+    return cfmpm.run(scene_from_dict(scene)).history.isel(step=0, tip=0)
+
+
+@pytest.mark.parametrize("force", FORCES)
+@pytest.mark.parametrize("crack", CRACKS)
+def test_factors_under_body_force_are_those_of_any_domain(crack, force):
+    """Of mixed mode, with cracks that look anywhere."""
+    x, y = FORCES[force]
+    history = hung(CRACKS[crack], [-x if crack == "from the right" else x, y])
+    assert float(history.contact_pairs) == 0
+    k_1, k_2 = float(history.K_I), float(history.K_II)
+    scale = np.hypot(k_1, k_2)
+    assert min(abs(k_1), abs(k_2)) > 0.03 * scale
+    # What is left is the error of the stress and of the quadrature.
+    for name in ("K_I", "K_II"):
+        np.testing.assert_allclose(
+            history[f"{name}_radius"], history[name], rtol=0, atol=1e-5 * scale
+        )
+    np.testing.assert_allclose(history.T_stress_radius, history.T_stress, rtol=0, atol=1e-3)
+    np.testing.assert_allclose(history.J_radius, history.J, rtol=1e-5)
+    np.testing.assert_allclose(history.G_radius, history.J, rtol=3e-4)
+
+
+@pytest.mark.parametrize("density", [(0.3, 0.0), (0.0, -0.7), (0.3, -0.7)])
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_body_force_enters_by_its_work_on_the_auxiliary_fields(element, density):
+    """- int b_i a_i,1 q dA, point by point, in the frame of the tip."""
+    grid = build_grid(rectangle(10, 10, 10.0, 10.0, shake=0.3, crack=(5, 0, 5)), element)
+    (tip,) = grid.tips
+    angle = 0.7
+    t = np.array([np.cos(angle), np.sin(angle)])
+    tip = replace(tip, tangent=t)
+    points = seed(grid)
+    q = cf.ring_weight(grid, tip, 4.0)
+    away = points.position - grid.nodes[tip.node]
+    frame = np.array([t, [-t[1], t[0]]])
+    along, across = frame @ away.T
+    r, theta = np.hypot(along, across), np.arctan2(across, along)
+    lam, mu = 1.3, 0.9
+    integrals = [
+        eshelby.interaction_integrals(
+            grid.nodes,
+            grid.elements,
+            points.element,
+            points.position,
+            basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+            points.volume,
+            points.displacement_gradient,
+            points.stress,
+            q,
+            r,
+            theta,
+            t,
+            lam,
+            mu,
+            np.array(force),
+            0.0,
+        )
+        for force in (density, (0.0, 0.0))
+    ]
+    # Middle nodes have the mean of their ends: linear in each triangle.
+    values = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
+    q_here = np.einsum("pk,pk->p", values, q[grid.elements[points.element]])
+    assert 0.0 < q_here[(q_here > 0.0) & (q_here < 1.0)].sum() < q_here.sum()
+    b = frame @ density
+    expected = np.zeros(3)
+    for mode in range(3):
+        for p in np.flatnonzero(q_here > 0.0):
+            a11, _, a21, _ = eshelby.auxiliary_gradient(mode, r[p], theta[p], lam, mu)
+            expected[mode] -= points.volume[p] * q_here[p] * (b[0] * a11 + b[1] * a21)
+    assert not integrals[1].any()
+    np.testing.assert_allclose(integrals[0], expected, rtol=1e-12)
