@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -304,6 +304,51 @@ def test_a_crack_that_grows_cuts_points_in_two(element, shift, number):
         np.testing.assert_array_equal(
             points.displacement_gradient[p], before.displacement_gradient[parent]
         )
+
+
+@elements
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_halves_of_a_cut_point(element, shift):
+    """Where each stands, what it weighs, and that its state is that of its parent."""
+    rng = np.random.default_rng(4)
+    grid, points, domains, quadrature = make(element, shake=0.3, shift=shift)
+    n = len(points)
+    # Not the areas of the domains: volume is shared out, not measured anew.
+    points.volume = rng.uniform(1, 2, n)
+    points.material = rng.integers(0, 3, n)
+    points.displacement_gradient = rng.random((n, 2, 2))
+    points.stress, points.energy = rng.random((n, 3)), rng.random(n)
+    before = {f.name: getattr(points, f.name).copy() for f in fields(points)}
+    a, b = shift + np.array([0.31, 1.2]), shift + np.array([3.7, 2.4])
+    split, divided, _ = pieces.split_points(points, domains, quadrature, grid, a, b)
+    for name, values in before.items():
+        np.testing.assert_array_equal(getattr(points, name), values)
+
+    def left_of_segment(x):
+        return (b - a)[0] * (x - a)[..., 1] - (b - a)[1] * (x - a)[..., 0] > 0
+
+    segment = shapely.LineString([a, b])
+    crossed = [shapely.Polygon(domains.polygon(p)).intersection(segment) for p in range(n)]
+    cut = [p for p in range(n) if crossed[p].length > 1e-6]
+    assert len(cut) > 5
+    assert len(split) == len(divided) == n + len(cut)
+    polygons = [shapely.Polygon(divided.polygon(p) - shift) for p in range(len(divided))]
+    parents = np.concatenate([np.arange(n), cut])
+    for name in ("element", "material", "displacement_gradient", "stress", "energy"):
+        np.testing.assert_array_equal(getattr(split, name), before[name][parents])
+    uncut = np.setdiff1d(np.arange(n), cut)
+    for name in ("position", "volume"):
+        np.testing.assert_array_equal(getattr(split, name)[uncut], before[name][uncut])
+    for parent, right in zip(cut, range(n, n + len(cut)), strict=True):
+        whole = shapely.Polygon(domains.polygon(parent) - shift)
+        for part in (parent, right):
+            centroid = np.ravel(polygons[part].centroid.xy)
+            np.testing.assert_allclose(split.position[part] - shift, centroid, atol=1e-9)
+            share = polygons[part].area / whole.area
+            assert split.volume[part] == pytest.approx(share * before["volume"][parent], rel=1e-8)
+            assert left_of_segment(split.position[part]) == (part == parent)
+        assert polygons[parent].union(polygons[right]).symmetric_difference(whole).area < 1e-9
+        assert polygons[parent].intersection(polygons[right]).area < 1e-9
 
 
 def assert_cut(domains, quadrature, segments):
