@@ -200,7 +200,7 @@ def _with_sigma_zz(points: MaterialPoints, state: State) -> Floats:
     scene, names = state.scene, state.grid.region_names
     across = np.zeros(len(points))
     if state.balance.finite:
-        across = stress_across(material_laws(scene, names), points)
+        across = stress_across(material_laws(scene, names), points, state.body.patches)
     elif scene.plane == "strain":
         lam, mu = lame_constants(scene, names)[points.material].T
         across = lam / (2.0 * (lam + mu)) * points.stress[:, :2].sum(axis=1)

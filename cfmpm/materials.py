@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cfmpm.grid import Floats, Ints
+from cfmpm.kernels import finite
 from cfmpm.kernels import laws as kernels
+from cfmpm.patches import Patches, patch_of
 from cfmpm.points import MaterialPoints
 from cfmpm.scene.model import Material, Scene
 
@@ -62,35 +64,38 @@ def material_laws(scene: Scene, region_names: tuple[str, ...]) -> Laws:
     )
 
 
-def stress_across(laws: Laws, points: MaterialPoints) -> Floats:
+def stress_across(laws: Laws, points: MaterialPoints, patches: Patches | None = None) -> Floats:
     """Return sigma_zz of finite deformation in plane strain.
 
     Parameters
     ----------
     laws : Laws
     points : MaterialPoints
+    patches : Patches, optional
+        Over which the volume ratio of their pressure was averaged.
 
     Returns
     -------
     (p,) float
-        Cauchy stress [MPa]. It is lambda U'(J) where nothing else strains or flows across; the
-        logarithmic laws have tr tau = (3 lambda + 2 mu) ln J, however plastic flow shares it out.
+        Cauchy stress [MPa]. It is lambda U'(J) where nothing else strains or flows across, with J
+        the mean over the patch; the logarithmic laws have tr tau = 3 lambda J U' + 2 mu ln J,
+        however plastic flow shares it out.
     """
     law = laws.law[points.material]
     lam, mu = laws.parameters[points.material, :2].T
     H = points.displacement_gradient
     y = H[:, 0, 0] + H[:, 1, 1] + (H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0])
-    J, log_J = 1.0 + y, np.log1p(y)
-    trace = (3.0 * lam + 2.0 * mu) * log_J / J
-    choices = {
-        kernels.CIARLET: 0.5 * lam * y * (2.0 + y) / J,
-        kernels.NEO_HOOKEAN: lam * log_J / J,
-    }
-    return np.select(
-        [law == name for name in choices],
-        list(choices.values()),
-        trace - points.stress[:, 0] - points.stress[:, 1],
+    mean = y
+    if patches is not None:
+        patch = patch_of(patches, points)
+        mean = finite.patch_means(points.volume, H, patch)[patch]
+    J, log_J = 1.0 + mean, np.log1p(mean)
+    pressure = np.where(
+        law == kernels.CIARLET, 0.5 * lam * mean * (2.0 + mean) / J, lam * log_J / J
     )
+    trace = 3.0 * pressure + 2.0 * mu * np.log1p(y) / (1.0 + y)
+    logarithmic = np.isin(law, [kernels.HENCKY, kernels.J2])
+    return np.where(logarithmic, trace - points.stress[:, 0] - points.stress[:, 1], pressure)
 
 
 def region_materials(scene: Scene, region_names: tuple[str, ...]) -> list[Material]:

@@ -163,6 +163,42 @@ def test_sigma_zz_vanishes_in_plane_stress() -> None:
     assert not fields["sigma_zz"].values.any()
 
 
+@pytest.mark.parametrize("law", ["hencky", "neo_hookean", "ciarlet", "j2"])
+@pytest.mark.parametrize("nu", [0.3, 0.499])
+def test_sigma_zz_of_finite_deformation(law: str, nu: float) -> None:
+    """lambda U'(J), with J as it is averaged against locking; and what flow across has left."""
+    material = {"E": 1e3, "nu": nu, "law": law}
+    if law == "j2":
+        material |= {"yield_stress": 10, "hardening": 20}
+    geometry = {"outline": [[0, 0], [20, 0], [20, 10], [0, 10]]}
+    loads = [
+        {"edge": "edge_4", "displacement": {"x": 0, "y": 0}},
+        {"edge": "edge_2", "displacement": {"x": 3, "y": 1}},
+    ]
+    mesh = {"element": "T3", "size": 3}
+    scene = plate(geometry=geometry, material=material, loads=loads, mesh=mesh, kinematics="finite")
+    result = run(scene_from_dict(scene))
+    points, patches = result.points, result.body.patches
+    assert (patches is not None) == (nu > 0.45 or law == "j2")
+    lam, mu = 1e3 * nu / ((1 + nu) * (1 - 2 * nu)), 0.5e3 / (1 + nu)
+    J = mean = np.linalg.det(np.eye(2) + points.displacement_gradient)
+    if patches is not None:
+        patch = patches.of_triangle[points.element]
+        mean = (np.bincount(patch, points.volume * J) / np.bincount(patch, points.volume))[patch]
+    expected = lam * (0.5 * (mean - 1 / mean) if law == "ciarlet" else np.log(mean) / mean)
+    if law == "j2":
+        flowed = result.balance.history[:, 3]
+        assert np.abs(flowed).max() > 0.01
+        expected += mu * np.log1p(flowed) / J
+    fields = build_fields(result)
+    for name in ("sigma_zz", "point_sigma_zz"):
+        np.testing.assert_allclose(fields[name].values[0], expected, atol=1e-9 * lam)
+    in_plane = [fields[f"sigma_{name}"].values[0] for name in ("xx", "yy", "xy")]
+    np.testing.assert_allclose(
+        fields["von_mises"].values[0], von_mises(np.column_stack([*in_plane, expected])), rtol=1e-6
+    )
+
+
 @pytest.mark.parametrize(
     ("stress", "equivalent"),
     [((7, 0, 0, 0), 7), ((0, 0, 2, 0), 2 * np.sqrt(3)), ((5, 5, 0, 5), 0), ((0, 0, 0, -3), 3)],
