@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cfmpm.accessor import open_history
+    from cfmpm.api import Result, run
     from cfmpm.errors import MeshError, SceneError, SolveError
     from cfmpm.scene import Scene, load_scene, scene_from_dict
-    from cfmpm.simulation import Result, run
 
 __version__ = "0.1.0"
 __all__ = [
@@ -37,8 +37,8 @@ _HOME = {
     "MeshError": "cfmpm.errors",
     "SceneError": "cfmpm.errors",
     "SolveError": "cfmpm.errors",
-    "Result": "cfmpm.simulation",
-    "run": "cfmpm.simulation",
+    "Result": "cfmpm.api",
+    "run": "cfmpm.api",
 }
 
 

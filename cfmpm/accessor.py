@@ -17,13 +17,15 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from cfmpm.errors import Problem, SceneError
+from cfmpm.output.analysis import tip_path
+from cfmpm.output.reading import read_result
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from matplotlib.axes import Axes
 
-    from cfmpm.grid import Grid
+    from cfmpm.body.grid import Grid
     from cfmpm.scene import Scene
 
 _DIMENSIONS = {"step", "tip", "radius", "boundary", "phase"}
@@ -49,45 +51,6 @@ def open_history(path: str | Path) -> xr.Dataset:
     """
     path = Path(path)
     return read_result(path / "history.nc" if path.is_dir() else path, "domain_radius")
-
-
-def read_result(path: Path, variable: str) -> xr.Dataset:
-    """Read a dataset of cfmpm into memory.
-
-    Parameters
-    ----------
-    path : Path
-    variable : str
-        By which it is known that the dataset is what it should be.
-
-    Raises
-    ------
-    SceneError
-        Where it is not.
-    """
-    if not path.is_file():
-        study = path.with_name("study.nc")
-        reason = _of_study(study) if study.is_file() else "no such result; cfmpm run makes one"
-        raise SceneError([Problem(reason, file=str(path))])
-    try:
-        dataset = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError) as error:
-        reason = f"cannot be read as netCDF: {getattr(error, 'strerror', None) or error}"
-        raise SceneError([Problem(reason, file=str(path))]) from None
-    if variable not in dataset or not {"config", "config_hash"} <= dataset.attrs.keys():
-        reason = "is not what cfmpm run writes; give the folder of a run, or its history.nc"
-        if "study" in dataset.attrs:
-            reason = _of_study(path)
-        raise SceneError([Problem(reason, file=str(path))])
-    return dataset
-
-
-def _of_study(dataset: Path) -> str:
-    """What to do with a study where one run is asked for."""
-    return (
-        f"this is a study, not one run: look at ds = xarray.open_dataset({str(dataset)!r}), and at "
-        "one of its members by ds.isel(...).cfmpm.plot_path()"
-    )
 
 
 @xr.register_dataset_accessor("cfmpm")
@@ -260,26 +223,9 @@ class History:
         """The scene with its geometry; of a mesh file its grid before growth."""
         scene = self.scene
         if scene.mesh_file is not None:
-            from cfmpm.body import build
+            from cfmpm.build import build
 
             return build(scene).grid
         from cfmpm.scene import expand
 
         return expand(scene)
-
-
-def tip_path(history: xr.Dataset, tip: str) -> NDArray[np.float64]:
-    """Return the places at which a tip has been, each once, (k, 2) [mm]."""
-    of_tip = history.sel(tip=tip)
-    places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
-    places = places[np.isfinite(places).all(axis=1)]  # a study fills shorter runs up with nan
-    moved = np.ones(len(places), bool)
-    moved[1:] = np.diff(places, axis=0).any(axis=1)
-    return places[moved]
-
-
-def new_length(history: xr.Dataset) -> NDArray[np.float64]:
-    """Return how far all tips together have run at each step, (step,) [mm]."""
-    places = history[["tip_x", "tip_y"]].transpose("step", "tip")
-    steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
-    return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])

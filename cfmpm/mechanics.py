@@ -6,19 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from cfmpm import equilibrium, newton, transfer, updated
-from cfmpm.body import Body
+from cfmpm.body import transfer
+from cfmpm.body.body import Body
+from cfmpm.body.grid import Floats, Grid
+from cfmpm.body.materials import lame_constants, material_laws
+from cfmpm.body.points import MaterialPoints, relocate
+from cfmpm.body.volume_patches import patch_of
 from cfmpm.clock import Clock
-from cfmpm.equilibrium import Equilibrium
+from cfmpm.equilibrium import newton, small_strain, stepping
+from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
-from cfmpm.grid import Floats, Grid
 from cfmpm.kernels import finite
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.materials import lame_constants, material_laws
-from cfmpm.patches import patch_of
-from cfmpm.points import MaterialPoints, relocate
 from cfmpm.scene.model import Scene
+from cfmpm.updated import reference
 
 # Column of the history of points.
 PLASTIC_WORK = 5
@@ -50,7 +52,7 @@ def prepare(body: Body) -> Floats:
     gradients: Floats = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
     if body.motion is None:
         return gradients
-    return updated.pull_back(gradients, body.motion.base)
+    return reference.pull_back(gradients, body.motion.base)
 
 
 def solve(
@@ -115,7 +117,7 @@ def carry_over(balance: Equilibrium, old: Grid, new: Grid) -> Equilibrium | None
 def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
     """Sum the configurational force at every node of a body in balance [N/mm], (n, 2)."""
     if body.motion is not None:
-        return updated.material_force(body, balance)
+        return reference.material_force(body, balance)
     force = balance.load_factor * body.loading.body_force
     problem = body.grid, body.integration, gradients, force
     return cf.finite_nodal_force(*problem) if balance.finite else cf.nodal_force(*problem)
@@ -242,9 +244,9 @@ def _solve_small(body: Body, gradients: Floats, clock: Clock) -> Equilibrium:
     lame = lame_constants(body.scene, grid.region_names)
     problem = grid, points, gradients, lame, loading
     with clock("stiffness"):  # step 3
-        stiffness = equilibrium.assemble_stiffness(*problem, body.patches)
+        stiffness = small_strain.assemble_stiffness(*problem, body.patches)
     with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
-        return equilibrium.solve_linear(stiffness, *problem, body.scene.solver, body.patches)
+        return small_strain.solve_linear(stiffness, *problem, body.scene.solver, body.patches)
 
 
 def _solve_finite(
@@ -262,24 +264,24 @@ def _solve_finite(
         patches=body.patches,
     )
     if motion is not None:
-        problem = replace(problem, springs=motion.springs, **updated.closed_faces(body, motion))
+        problem = replace(problem, springs=motion.springs, **reference.closed_faces(body, motion))
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
         if last is None:
-            return _turned(problem, newton.advance(problem, newton.at_rest(problem), level))
+            return _turned(problem, stepping.advance(problem, stepping.at_rest(problem), level))
         if last.load_factor != level:
-            return _turned(problem, newton.advance(problem, last, level))
+            return _turned(problem, stepping.advance(problem, last, level))
         return _turned(problem, _rebalanced(problem, last))
 
 
 def _rebalanced(problem: newton.Problem, last: Equilibrium) -> Equilibrium:
     """Find the balance of a body that growth has changed, at the load it is at."""
     try:
-        return newton.rebalance(problem, last)
+        return stepping.rebalance(problem, last)
     except SolveError:
         if last.history.size:
             raise
     # Elastic: the state does not depend on the way to it, which may begin at rest.
-    afresh = newton.advance(problem, newton.at_rest(problem), last.load_factor)
+    afresh = stepping.advance(problem, stepping.at_rest(problem), last.load_factor)
     if afresh.stopped:
         raise SolveError(
             f"as its crack grew, no stable state was found at load factor {last.load_factor:.6g}: "
@@ -304,7 +306,7 @@ def _turned(problem: newton.Problem, balance: Equilibrium) -> Equilibrium:
     prescribed = loading.prescribed.copy()
     prescribed[tuple(loading.turning.T)] = False
     try:
-        return newton.rebalance(
+        return stepping.rebalance(
             replace(problem, loading=replace(loading, prescribed=prescribed)), balance
         )
     except SolveError:

@@ -5,11 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 # Commands, pictures, and what gathers results: they take numbers as they are.
-APART = ("__main__.py", "cli.py", "export.py", "plotting", "study", "summary.py")
+APART = ("__main__.py", "cli", "plotting", "study", "output/summary.py", "output/vtu.py")
 
 
 def program_files() -> list[Path]:
     """Return the sources that make a result: where one changes, results are computed again."""
     root = Path(__file__).parent
     files = sorted(root.glob("**/*.py"))
-    return [path for path in files if path.relative_to(root).parts[0] not in APART]
+    return [path for path in files if not _stands_apart(path.relative_to(root).as_posix())]
+
+
+def _stands_apart(path: str) -> bool:
+    return any(path == name or path.startswith(f"{name}/") for name in APART)

@@ -4,161 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Self
 
-import xarray as xr
-
-from cfmpm import body as bodies
-from cfmpm import mechanics, updated
-from cfmpm.body import Body
+from cfmpm import mechanics
+from cfmpm.body import body as bodies
+from cfmpm.body.body import Body
+from cfmpm.body.grid import Floats
+from cfmpm.body.materials import lame_constants, region_materials
 from cfmpm.clock import Clock
-from cfmpm.equilibrium import Equilibrium
+from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
-from cfmpm.evaluation import evaluate_tips
-from cfmpm.fracture import growth
-from cfmpm.grid import Floats, Grid
-from cfmpm.loading import Loading
-from cfmpm.materials import lame_constants, region_materials
-from cfmpm.points import MaterialPoints
-from cfmpm.record import Origin, Record
+from cfmpm.fracture import growing, growth
+from cfmpm.fracture.evaluation import evaluate_tips
+from cfmpm.output.checkpoint import Start
+from cfmpm.output.record import Record
 from cfmpm.scene import Scene
-
-PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
-GROWTH_PHASES = (*PHASES, "release")
-RESET_PHASES = (*PHASES, "reset")
-# How the ending begins of a run that no stable state goes on from.
-UNSTABLE = "unstable"
-# And of one that lost the stiffness that holds its nodes.
-UNSOLVABLE = "unsolvable"
-
-
-@dataclass(frozen=True)
-class State:
-    """A body in balance, at load factor one.
-
-    Attributes
-    ----------
-    body : Body
-    balance : Equilibrium
-    configurational_force : (n, 2) float
-        At the grid nodes [N/mm].
-    decision : growth.Decision
-        What the cracks do next.
-    level : int
-        Number of the load step.
-    before : Equilibrium or None
-        What finite deformation set out from, on the grid of the solve.
-    solved : Body
-        As it was solved: `body` itself, but where its grid is reset `body` is in the reference
-        configuration.
-    """
-
-    body: Body
-    balance: Equilibrium
-    configurational_force: Floats
-    decision: growth.Decision
-    level: int
-    before: Equilibrium | None
-    solved: Body
-
-    @property
-    def scene(self) -> Scene:
-        """The scene, expanded: with its geometry, loads and names."""
-        return self.body.scene
-
-    @property
-    def grid(self) -> Grid:
-        """The background grid."""
-        return self.body.grid
-
-    @property
-    def points(self) -> MaterialPoints:
-        """The material points."""
-        return self.body.points
-
-    @property
-    def loading(self) -> Loading:
-        """Loads and supports."""
-        return self.body.loading
-
-    @property
-    def displacement(self) -> Floats:
-        """Displacement of the grid nodes [mm], (n, 2)."""
-        return self.balance.displacement
-
-
-@dataclass(frozen=True)
-class Result(State):
-    """What a run leaves: its history, and the last state of balance.
-
-    Attributes
-    ----------
-    history : xarray.Dataset
-        The quantities of `results.VARIABLES` by step, tip and radius.
-    """
-
-    history: xr.Dataset
-
-    def write(self, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
-        """Write the files that ``cfmpm run`` leaves in its folder at the end of a run.
-
-        Parameters
-        ----------
-        folder : str or Path
-            Made if needed. An earlier result there is replaced, with what was drawn and exported.
-        overwrite : bool
-            Whether also one that was broken off and could still go on.
-
-        Returns
-        -------
-        list of Path
-            history.nc and, where the scene has ``output.fields``, fields.nc. The fields of each
-            step (``output.every``) are written only while the command runs.
-
-        Raises
-        ------
-        SceneError
-            Where a run is writing there, or one is that could still go on.
-        OSError
-            Where the folder cannot be written.
-        """
-        from cfmpm.keeper import write_result
-
-        return write_result(self, Path(folder), overwrite=overwrite)
-
-
-@dataclass(frozen=True)
-class Start:
-    """Where a run begins, or goes on.
-
-    Attributes
-    ----------
-    body : Body
-        To be solved next.
-    record : Record
-        The steps so far.
-    decision : growth.Decision or None
-        The one that made this body.
-    level : int
-        Number of the load step.
-    balance : Equilibrium or None
-        What finite deformation sets out from, on this grid.
-    """
-
-    body: Body
-    record: Record
-    decision: growth.Decision | None = None
-    level: int = 0
-    balance: Equilibrium | None = None
-
-    @classmethod
-    def of(cls, scene: Scene) -> Self:
-        """The beginning of a scene."""
-        body = bodies.build(scene)
-        record = Record(scene, body.scene, Origin.of(body))
-        return cls(updated.begin(body) if scene.formulation == "updated" else body, record)
+from cfmpm.state import UNSOLVABLE, UNSTABLE, Result, State
+from cfmpm.updated import reference, reset
 
 
 def run(
@@ -220,11 +81,11 @@ def run(
                 break
             bodies.update_owners(body)
         with clock("fracture"):  # step 7: configurational force, J, K_I, K_II, T
-            seen = updated.in_reference(body, gradients, balance)
+            seen = reference.in_reference(body, gradients, balance)
             nodal = mechanics.nodal_force(*seen)
             plastic = mechanics.plastic_nodal_force(*seen)
             tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c, plastic)
-            tips |= updated.compare(body, gradients, balance)
+            tips |= reference.compare(body, gradients, balance)
             factor = balance.load_factor if balance.finite else levels[level]
             last, decision = (
                 decision,
@@ -264,7 +125,7 @@ def run(
             if body.motion is not None:
                 try:
                     with clock("reset"):  # step 9: points where they have moved to, a grid for them
-                        body, balance = updated.reset(body, balance)
+                        body, balance = reset.reset(body, balance)
                 except SolveError as error:
                     ending = f"{UNSTABLE}: {error}"
                     break
@@ -272,9 +133,9 @@ def run(
             continue
         with clock("release"):  # step 8: align segments, double nodes, redefine the grid
             try:
-                body = bodies.release(body, decision.running)
-            except bodies.GrowthEndError as end:
-                severed = isinstance(end, bodies.SeveredError)
+                body = growing.release(body, decision.running)
+            except growing.GrowthEndError as end:
+                severed = isinstance(end, growing.SeveredError)
                 cut = record.add_severed(
                     end.triangulation,
                     clock.lap(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cfmpm.grid import Triangulation
+from cfmpm.body.grid import Triangulation
 
 
 def rectangle(

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.quiver import Quiver
 from typer.testing import CliRunner
 
-from cfmpm import cli
+from cfmpm.cli.app import app
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -32,7 +32,7 @@ def test_a_scene_of_your_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     commands = re.findall(r"^cfmpm (\w+) (\S+)", block("bash", "cfmpm check"), re.MULTILINE)
     assert [name for name, _ in commands] == ["check", "run", "plot"]
     for command in commands:
-        done = CliRunner().invoke(cli.app, command)
+        done = CliRunner().invoke(app, command)
         assert done.exit_code == 0, done.output
     variables: dict[str, object] = {}
     exec(block("python", "cfmpm.open_history"), variables)
@@ -45,7 +45,7 @@ def test_a_scene_of_your_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         assert Path(f"results/bracket_{length}/history.nc").is_file()
 
     Path("bracket.yaml").write_text(scene + growth)
-    done = CliRunner().invoke(cli.app, ["run", "bracket.yaml", "--set", "growth.increments=2"])
+    done = CliRunner().invoke(app.app, ["run", "bracket.yaml", "--set", "growth.increments=2"])
     assert done.exit_code == 0, done.output
     assert "increments: growth.increments allows 2" in done.output
 

@@ -10,7 +10,7 @@ import pytest
 
 import cfmpm
 from cfmpm.scene.reading import scene_from_dict
-from cfmpm.simulation import PHASES
+from cfmpm.state import PHASES
 
 VOLATILE = ("wall_time",)
 

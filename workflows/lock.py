@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from cfmpm.folder import is_held
+from cfmpm.output.run_folder import is_held
 
-# What follows the name of a file that is written aside, by `cfmpm.results.written_aside` and by
+# What follows the name of a file that is written aside, by `output.files.written_aside` and by
 # `tempfile`, which pictures are drawn in a folder of.
 ASIDE = (f".{'[0-9a-f]' * 8}.part", f".{'[0-9a-z_]' * 8}")
 

@@ -7,7 +7,7 @@ import html
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from cfmpm.results import written_aside
+from cfmpm.output.files import written_aside
 
 
 def write_text(text: str, path: str | Path) -> None:

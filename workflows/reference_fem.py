@@ -25,7 +25,7 @@ from skfem import (
 from skfem.helpers import ddot, eye, grad, mul, trace, transpose
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from cfmpm.grid import Floats, Grid, Ints
+from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.scene import Scene
 
 

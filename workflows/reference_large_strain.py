@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cfmpm.grid import build_grid
+from cfmpm.body.grid import build_grid
 from cfmpm.meshing import triangulate
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict

@@ -13,7 +13,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from cfmpm.scene import Scene, load_scene
-from cfmpm.scene.model import Length, Mesh, Positive
+from cfmpm.scene.mesh import Mesh
+from cfmpm.scene.quantities import Length, Positive
 from cfmpm.study.model import Study
 
 Meshes = Annotated[dict[int, Mesh], Field(min_length=1)]

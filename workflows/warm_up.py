@@ -6,7 +6,7 @@ from pathlib import Path
 
 import cfmpm
 from cfmpm._jit import cache_folder
-from cfmpm.results import written_aside
+from cfmpm.output.files import written_aside
 from cfmpm.scene import scene_from_dict
 
 

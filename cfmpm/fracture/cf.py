@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from cfmpm.grid import CrackTip, Floats, Grid
+from cfmpm.body.grid import CrackTip, Floats, Grid
+from cfmpm.body.points import MaterialPoints
 from cfmpm.kernels import basis, eshelby, finite
-from cfmpm.points import MaterialPoints
 
 
 def nodal_force(

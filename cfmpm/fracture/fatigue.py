@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cfmpm.scene.model import Fatigue
+from cfmpm.scene.growth import Fatigue
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.fracture import criteria, fatigue
 from cfmpm.fracture.fatigue import Progress
-from cfmpm.grid import CrackTip, Floats, Grid, regions_ahead
-from cfmpm.scene.model import Fatigue, Growth
+from cfmpm.scene.growth import Fatigue, Growth
 
 # Tips whose criteria differ by less than this part run together under crack control: twins of a
 # symmetric part differ by the error of the grid.

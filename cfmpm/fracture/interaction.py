@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.grid import CrackTip, Floats, Grid, Ints
+from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
+from cfmpm.body.materials import plane_modulus
+from cfmpm.body.points import MaterialPoints
 from cfmpm.kernels import basis, constitutive, eshelby
-from cfmpm.materials import plane_modulus
-from cfmpm.points import MaterialPoints
 
 # Within the first number of element sizes from a closed tip the contact pressure is taken from a
 # straight line through that up to the second. The pressure is smooth there, but its nodal forces

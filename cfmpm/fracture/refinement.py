@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.fracture.release import split_side
-from cfmpm.grid import Floats, Ints, Triangulation
 from cfmpm.kernels import topology
 
 # Element size per distance from the tip, as where the grid is graded from the start.

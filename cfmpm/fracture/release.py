@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.grid import Floats, Ints, Triangulation
+from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.kernels import topology
 
 # Lengths that are tried, as parts of the length of the grid segment.
@@ -93,9 +93,9 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
     Notes
     -----
     Laplacian smoothing around flat triangles was tried and left out. Of 2900 releases in random
-    bodies (tests/test_growth_random.py) 4 % left a triangle of quality below 0.25; nearly all
-    stand where a side is split between nodes that may not move, which smoothing may not move
-    either: their median rose from 0.198 to 0.202.
+    bodies (tests/verification/test_growth_random.py) 4 % left a triangle of quality below 0.25;
+    nearly all stand where a side is split between nodes that may not move, which smoothing may
+    not move either: their median rose from 0.198 to 0.202.
     """
     asked = direction / np.hypot(*direction)
     star = _Star(triangulation, crack, end)

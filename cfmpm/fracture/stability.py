@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:  # grids bring Numba along, which who reads results has no need of
-    from cfmpm.grid import Floats
+    from cfmpm.body.grid import Floats
 
 STABILITY = ("undefined", "stable", "unstable", "snap_back")
 

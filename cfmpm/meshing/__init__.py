@@ -1,6 +1,6 @@
 """From a scene to a plane triangulation, by gmsh, which is loaded only when it is needed."""
 
-from cfmpm.grid import Triangulation
+from cfmpm.body.grid import Triangulation
 from cfmpm.meshing.body import triangulate_body
 from cfmpm.meshing.files import triangulate_file
 from cfmpm.meshing.sizes import (

@@ -12,13 +12,15 @@ import numpy as np
 import shapely
 from shapely import contains_xy
 
+from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.errors import MeshError
-from cfmpm.grid import Floats, Ints, Triangulation
 from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_areas
 from cfmpm.meshing.session import gmsh_session
 from cfmpm.meshing.sizes import GROWTH, grading_in, size_in
+from cfmpm.scene.body import Crack, Geometry
 from cfmpm.scene.geometry import ON, Body, polygon_of, shape_of, snap
-from cfmpm.scene.model import Crack, Geometry, Grading, Scene
+from cfmpm.scene.mesh import Grading
+from cfmpm.scene.model import Scene
 from cfmpm.scene.shapes import XY, Side, sides_of
 
 # In the unit frame; OpenCASCADE takes points nearer than 1e-7 for one.

@@ -8,8 +8,8 @@ from types import ModuleType
 
 import numpy as np
 
+from cfmpm.body.grid import Floats, Ints
 from cfmpm.errors import MeshError
-from cfmpm.grid import Floats, Ints
 from cfmpm.meshing.sizes import GROWTH
 from cfmpm.scene.shapes import XY, Side
 

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.errors import Problem, SceneError, did_you_mean
-from cfmpm.grid import Floats, Ints, Triangulation
 from cfmpm.meshing.drawing import compact, signed_areas
 from cfmpm.meshing.session import gmsh_session
 from cfmpm.scene.families import expand

@@ -8,8 +8,8 @@ from types import ModuleType
 import numpy as np
 from shapely import LineString, Point, Polygon
 
+from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.errors import MeshError
-from cfmpm.grid import Floats, Ints, Triangulation
 from cfmpm.kernels import topology
 from cfmpm.meshing.drawing import signed_areas
 from cfmpm.meshing.session import gmsh_session

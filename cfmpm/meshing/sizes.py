@@ -9,7 +9,8 @@ from shapely import LineString, Point
 
 from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import Body
-from cfmpm.scene.model import Grading, Scene
+from cfmpm.scene.mesh import Grading
+from cfmpm.scene.model import Scene
 from cfmpm.scene.rules import estimated_triangles
 
 # Parts of the size elsewhere, and of the crack, that the elements at a running tip have: K is then

@@ -33,7 +33,7 @@ def draw_deformed(
     ----------
     axes : Axes
     fields : xarray.Dataset
-        From :func:`cfmpm.fields.build_fields`, or read back from its file.
+        From :func:`cfmpm.output.fields.build_fields`, or read back from its file.
     stress : str
         A variable on the faces.
     factor : float, optional

@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from cfmpm.accessor import new_length
-from cfmpm.body import Body
-from cfmpm.grid import Grid
-from cfmpm.loading import Loading
+from cfmpm.body.body import Body
+from cfmpm.body.grid import Grid
+from cfmpm.body.loads import Loading
+from cfmpm.output.analysis import new_length, resolved_steps
 from cfmpm.plotting.deformed import draw_deformed
 from cfmpm.plotting.growth import (
     draw_angles,
@@ -30,7 +30,6 @@ from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
 from cfmpm.plotting.style import COLOUR_BAR, LEGEND, picture, size_around
 from cfmpm.plotting.tip import draw_radii, draw_tip_forces, draw_tip_points
-from cfmpm.remarks import resolved_steps
 from cfmpm.scene import Scene
 
 # Sizes of pictures around a tip and of curves [inch].
@@ -74,7 +73,7 @@ def save_radii(folder: Path, history: xr.Dataset) -> list[Path]:
 
 
 def save_deformed(folder: Path, fields: xr.Dataset) -> Path:
-    """Write deformed.png; the fields are those of :func:`cfmpm.fields.build_fields`."""
+    """Write deformed.png; the fields are those of :func:`cfmpm.output.fields.build_fields`."""
     path = Path(folder) / "deformed.png"
     with picture(path, size_around(Mesh.of_fields(fields).nodes, COLOUR_BAR)) as axes:
         draw_deformed(axes, fields)

@@ -13,11 +13,11 @@ import xarray as xr
 from matplotlib.animation import PillowWriter
 from matplotlib.figure import Figure
 
-from cfmpm.accessor import read_result
+from cfmpm.output.fields_by_step import list_fields
+from cfmpm.output.reading import read_result
 from cfmpm.plotting.deformed import draw_deformed, magnification
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.style import COLOUR_BAR, RC, size_around
-from cfmpm.series import list_fields
 
 RESOLUTION = 100  # dots per inch
 

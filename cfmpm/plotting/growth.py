@@ -10,11 +10,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from cfmpm.accessor import History, new_length
-from cfmpm.grid import Floats
+from cfmpm.accessor import History
+from cfmpm.body.grid import Floats
+from cfmpm.output.analysis import new_length
+from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting.curves import STYLES, draw_curve
 from cfmpm.plotting.style import BLACK, BLUE, GREY, LIGHT_GREY, ORANGE, VERMILLION
-from cfmpm.results import TIP_STATUS
 
 # Colour and marker both differ, so that the parts are told apart without colour too; dashes would
 # not, in a curve that goes to and fro in short pieces.

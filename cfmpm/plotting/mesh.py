@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from cfmpm.fields import linear_faces
-from cfmpm.grid import Floats, Grid, Ints
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.output.fields import linear_faces
 from cfmpm.plotting.style import BLACK, GREY, VERMILLION, length_axes
 
 
@@ -39,7 +39,7 @@ class Mesh:
 
     @classmethod
     def of_fields(cls, fields: xr.Dataset) -> Mesh:
-        """The faces of a dataset made by :func:`cfmpm.fields.build_fields`."""
+        """The faces of a dataset made by :func:`cfmpm.output.fields.build_fields`."""
         nodes = np.column_stack([fields["node_x"], fields["node_y"]])
         return cls(nodes, fields["face_nodes"].values.astype(np.int64), fields["element"].values)
 

@@ -14,12 +14,12 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from numpy.typing import ArrayLike, NDArray
 
-from cfmpm.accessor import tip_path
-from cfmpm.grid import Floats, Grid
+from cfmpm.body.grid import Floats, Grid
+from cfmpm.output.analysis import tip_path
+from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting.curves import STYLES
 from cfmpm.plotting.mesh import Mesh, draw_grid
 from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, length_axes
-from cfmpm.results import TIP_STATUS
 from cfmpm.scene.geometry import Body
 from cfmpm.scene.model import Scene
 

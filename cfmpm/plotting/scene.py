@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Circle
 
-from cfmpm.grid import Floats, Grid, Ints
-from cfmpm.loading import Boundary, Loading
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.body.loads import Boundary, Loading
 from cfmpm.plotting.mesh import draw_cracks, draw_grid
 from cfmpm.plotting.style import (
     BLUE,
@@ -21,7 +21,8 @@ from cfmpm.plotting.style import (
     REGIONS,
     length_axes,
 )
-from cfmpm.scene.model import Load, Scene
+from cfmpm.scene.loads import Load
+from cfmpm.scene.model import Scene
 
 # Symbols along a loaded part, and the length of an arrow as a part of the size of the body.
 SYMBOLS = 9

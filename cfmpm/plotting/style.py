@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cfmpm.grid import Floats
+from cfmpm.body.grid import Floats
 
 # Okabe and Ito (2008): told apart by every kind of colour vision.
 BLACK = "#000000"

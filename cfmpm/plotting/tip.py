@@ -10,11 +10,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
-from cfmpm.grid import CrackTip, Floats, Grid
+from cfmpm.body.grid import CrackTip, Floats, Grid
+from cfmpm.body.points import MaterialPoints
 from cfmpm.plotting.curves import draw_curve
 from cfmpm.plotting.mesh import Mesh, draw_grid
 from cfmpm.plotting.style import BLUE, GREEN, GREY, VERMILLION
-from cfmpm.points import MaterialPoints
 
 # Length of the longest arrow as a part of the domain radius.
 LONGEST = 0.6

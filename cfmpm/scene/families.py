@@ -9,21 +9,16 @@ from collections.abc import Iterable, Sequence
 from functools import singledispatch
 from typing import TypeVar
 
-from cfmpm.scene.model import (
+from cfmpm.scene.body import Circle, Crack, Geometry, Hole, Vertex
+from cfmpm.scene.loads import Components, Load
+from cfmpm.scene.model import Scene
+from cfmpm.scene.specimens import (
     CentreCrack,
-    Circle,
     CompactTension,
-    Components,
-    Crack,
-    Geometry,
-    Hole,
-    Load,
     PlateWithHoles,
-    Scene,
     SingleEdge,
     Specimen,
     ThreePointBend,
-    Vertex,
 )
 
 Named = TypeVar("Named", Vertex, Hole, Crack, Load)

@@ -13,8 +13,9 @@ from typing import Self
 from shapely import LineString, Polygon, unary_union
 from shapely.geometry.base import BaseGeometry
 
+from cfmpm.scene.body import Circle, Geometry, Hole, Region, Vertex
 from cfmpm.scene.families import expand
-from cfmpm.scene.model import Circle, Geometry, Hole, Region, Scene, Vertex
+from cfmpm.scene.model import Scene
 from cfmpm.scene.shapes import XY, Side, ring, sides_of
 
 # Relative to the size of the body. Coordinates are typed with some seven digits, so that a crack

@@ -7,9 +7,11 @@ import os
 from collections.abc import Iterator, Sequence
 from itertools import chain
 
+from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body
-from cfmpm.scene.model import Geometry, Grading, MeshFile, Region, Scene, Updated
+from cfmpm.scene.mesh import Grading
+from cfmpm.scene.model import Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
 from cfmpm.scene.rules_load import (

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from shapely import MultiPoint, Polygon, is_valid_reason
 
+from cfmpm.scene.body import Circle, Geometry, Hole, Region, Vertex
 from cfmpm.scene.geometry import CLEAR, ON, Body, polygon_of, shape_of
-from cfmpm.scene.model import Circle, Geometry, Hole, Region, Vertex
 from cfmpm.scene.shapes import XY
 
 Finding = tuple[str, str]  # dotted key in the expanded scene, and reason

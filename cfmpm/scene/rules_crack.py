@@ -9,8 +9,8 @@ from itertools import pairwise
 import shapely
 from shapely import LineString, Point
 
+from cfmpm.scene.body import Crack
 from cfmpm.scene.geometry import CLEAR, ON, Body
-from cfmpm.scene.model import Crack
 from cfmpm.scene.rules_body import Finding, at
 from cfmpm.scene.shapes import XY
 

@@ -8,7 +8,8 @@ from shapely import Point, box
 
 from cfmpm.errors import did_you_mean
 from cfmpm.scene.geometry import CLEAR, ON, Body
-from cfmpm.scene.model import Load, Scene
+from cfmpm.scene.loads import Load
+from cfmpm.scene.model import Scene
 from cfmpm.scene.rules_body import Finding, at
 
 

@@ -6,7 +6,8 @@ import json
 import sys
 from typing import Any
 
-from cfmpm.scene.model import Model, Scene
+from cfmpm.scene.base import Model
+from cfmpm.scene.model import Scene
 
 
 def schema(model: type[Model] = Scene) -> dict[str, Any]:

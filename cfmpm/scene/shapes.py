@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.scene.model import Circle, Vertex
+from cfmpm.scene.body import Circle, Vertex
 
 XY = tuple[float, float]
 

@@ -12,8 +12,9 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from cfmpm.errors import did_you_mean
+from cfmpm.scene.base import Model
 from cfmpm.scene.document import Key, parse_key
-from cfmpm.scene.model import Model, Scene
+from cfmpm.scene.model import Scene
 
 REASONS = {
     "greater_than": "must be greater than {gt:g}",

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from cfmpm.errors import SolveError
-from cfmpm.folder import held
-from cfmpm.results import remove_asides, write_dataset
+from cfmpm.output.files import remove_asides, write_dataset
+from cfmpm.output.run_folder import held
 from cfmpm.study import expansion
 from cfmpm.study.collecting import collect
 from cfmpm.study.member import Outcome

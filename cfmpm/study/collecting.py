@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm.results import TIP_STATUS, VARIABLES, origin
+from cfmpm.output.provenance import origin
+from cfmpm.output.variables import TIP_STATUS, VARIABLES
 from cfmpm.study import layout
 from cfmpm.study.fracture_load import fracture_load_factor
 from cfmpm.study.member import Outcome

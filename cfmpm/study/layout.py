@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from cfmpm.results import OF_FATIGUE, VARIABLES
+from cfmpm.output.variables import OF_FATIGUE, VARIABLES
 from cfmpm.scene import Scene
+from cfmpm.scene.base import Model
 from cfmpm.scene.document import parse_key
-from cfmpm.scene.model import Model
 from cfmpm.study.expansion import SAMPLE
 
 # `unstable`: solved up to a step from which no stable state goes on.

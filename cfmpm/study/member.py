@@ -17,8 +17,8 @@ from cfmpm.study.layout import DIMENSIONS
 if TYPE_CHECKING:
     import xarray as xr
 
-    from cfmpm.record import Record
-    from cfmpm.simulation import State
+    from cfmpm.output.record import Record
+    from cfmpm.state import State
 
 TEXTS = ("ending", "warnings", "solver")
 
@@ -69,7 +69,7 @@ def solve(key: str, scene: Scene) -> Outcome:
         Of the member.
     scene : Scene
     """
-    from cfmpm import simulation
+    from cfmpm import simulation, state
 
     begin = time.perf_counter()
     records: list[Record] = []
@@ -88,7 +88,7 @@ def solve(key: str, scene: Scene) -> Outcome:
         reason, lasting = f"{type(error).__name__}: {error}", False
     else:
         ending = str(history.attrs["ending"])
-        unstable = ending.startswith((simulation.UNSTABLE, simulation.UNSOLVABLE))
+        unstable = ending.startswith((state.UNSTABLE, state.UNSOLVABLE))
         status, reason = ("unstable", ending) if unstable else ("done", "")
     if status == "failed":
         if not records:

@@ -12,8 +12,9 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from cfmpm.scene.base import Model
 from cfmpm.scene.document import parse_key
-from cfmpm.scene.model import Model, Scene
+from cfmpm.scene.model import Scene
 from cfmpm.scene.quantities import Count, Name, Number
 
 # All are checked before the first is solved, which takes a millisecond and 14 kB each.

@@ -18,7 +18,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from cfmpm.results import remove_asides, written_aside
+from cfmpm.output.files import remove_asides, written_aside
 from cfmpm.study.member import Outcome
 
 # In the folder of a study.

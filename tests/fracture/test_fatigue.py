@@ -15,7 +15,7 @@ from cfmpm.errors import SceneError
 from cfmpm.fracture import fatigue
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.scene import scene_from_dict
-from cfmpm.scene.model import Fatigue
+from cfmpm.scene.growth import Fatigue
 
 C, M = 1e-12, 3.0
 

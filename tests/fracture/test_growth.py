@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from structured import rectangle
 
+from cfmpm.body.grid import build_grid
 from cfmpm.fracture import criteria, growth
-from cfmpm.grid import build_grid
-from cfmpm.scene.model import Growth
+from cfmpm.scene.growth import Growth
 
 GRID = build_grid(rectangle(8, 6, crack=(3, 2, 5)), "T3")
 

@@ -9,10 +9,10 @@ import pytest
 from structured import rectangle
 
 import cfmpm
+from cfmpm.body.grid import build_grid
+from cfmpm.body.points import seed
 from cfmpm.fracture import cf
-from cfmpm.grid import build_grid
 from cfmpm.kernels import basis, eshelby
-from cfmpm.points import seed
 from cfmpm.scene.reading import scene_from_dict
 
 CRACKS = {

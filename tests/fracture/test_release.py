@@ -8,8 +8,12 @@ import pytest
 from structured import rectangle
 
 import cfmpm
-from cfmpm import body as bodies
-from cfmpm import equilibrium
+from cfmpm import build
+from cfmpm.body.grid import Triangulation, build_grid
+from cfmpm.body.materials import lame_constants
+from cfmpm.body.points import seed
+from cfmpm.equilibrium import small_strain
+from cfmpm.fracture import growing
 from cfmpm.fracture.release import (
     LARGEST_KINK,
     SNAP,
@@ -18,10 +22,7 @@ from cfmpm.fracture.release import (
     is_tip,
     triangle_quality,
 )
-from cfmpm.grid import Triangulation, build_grid
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.materials import lame_constants
-from cfmpm.points import seed
 from cfmpm.scene import scene_from_dict
 
 EXACT = 1e-10  # degrees
@@ -281,7 +282,7 @@ def strip(element, transfer="domains", **changes):
         "mesh": {"element": element, "size": 0.8, "grading": "uniform"},
         "growth": {"transfer": transfer},
     }
-    return bodies.build(scene_from_dict(config | changes))
+    return build.build(scene_from_dict(config | changes))
 
 
 def balanced(body, points=None):
@@ -290,7 +291,7 @@ def balanced(body, points=None):
     slopes = basis_gradients(body.grid.nodes, body.grid.elements, points.element, points.position)
     lame = lame_constants(body.scene, body.grid.region_names)
     problem = body.grid, points, slopes, lame, body.loading
-    return equilibrium.solve_linear(equilibrium.assemble_stiffness(*problem), *problem)
+    return small_strain.solve_linear(small_strain.assemble_stiffness(*problem), *problem)
 
 
 def stress_errors(element, transfer):
@@ -300,7 +301,7 @@ def stress_errors(element, transfer):
     volume, errors, moved = body.points.volume.sum(), [], 0
     for _ in range(20):
         before = body.triangulation.nodes
-        body = bodies.release(body, {"crack_1": np.array([1.0, 0.0])})
+        body = growing.release(body, {"crack_1": np.array([1.0, 0.0])})
         moved += not np.array_equal(before, body.triangulation.nodes[: len(before)])
         balanced(body)
         errors.append(np.abs(body.integration.stress / pull - [1.0, 0.0, 0.0]).max())
@@ -331,7 +332,7 @@ def test_a_grown_body_is_solved_as_if_it_were_new(element):
     }
     body = strip(element, **config)
     for angle in (0.0, -30.0, 20.0, 50.0, 10.0, -20.0):
-        body = bodies.release(body, {"crack_1": to(angle)})
+        body = growing.release(body, {"crack_1": to(angle)})
         grown = balanced(body).displacement
         fresh = balanced(body, seed(body.grid)).displacement
         np.testing.assert_allclose(grown, fresh, rtol=0, atol=1e-9 * np.abs(fresh).max())
@@ -382,10 +383,10 @@ def test_two_cracks_that_meet_head_on_in_one_increment():
 
 def test_two_tips_that_run_into_the_same_triangle():
     """The second release sees what the first has made of the grid."""
-    body = bodies.build(plate([{"points": [[0, 5], [4.4, 5]]}, {"points": [[10, 5], [5.6, 5]]}]))
+    body = build.build(plate([{"points": [[0, 5], [4.4, 5]]}, {"points": [[10, 5], [5.6, 5]]}]))
     directions = {"crack_1": to(5.0), "crack_2": to(175.0)}
     for _ in range(4):
-        body = bodies.release(body, {tip.name: directions[tip.name] for tip in body.grid.tips})
+        body = growing.release(body, {tip.name: directions[tip.name] for tip in body.grid.tips})
         balanced(body)
         assert body.grid.areas.min() > 0.0
         if not body.grid.tips:

@@ -9,10 +9,10 @@ import pytest
 from scipy.sparse import csr_array
 from structured import rectangle
 
-from cfmpm.grid import Grid, build_grid
+from cfmpm.body.grid import Grid, build_grid
+from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.body.volume_patches import build_patches
 from cfmpm.kernels import assembly, basis, constitutive, eshelby, finite, laws, patches
-from cfmpm.patches import build_patches
-from cfmpm.points import MaterialPoints, seed
 
 PARAMETERS = np.array([[1.2e5, 8e4, 300.0, 1e3], [6e4, 3e4, 100.0, 0.0]])
 LAWS = [laws.HENCKY, laws.NEO_HOOKEAN, laws.CIARLET, laws.J2]

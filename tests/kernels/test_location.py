@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from structured import rectangle
 
-from cfmpm.grid import build_grid
+from cfmpm.body.grid import build_grid
 from cfmpm.kernels import location
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from meshing_scenes import STEEL, areas, as_set, assert_sound, lengths
 
-from cfmpm.checkpoint import read_checkpoint
 from cfmpm.errors import SceneError
-from cfmpm.folder import CHECKPOINT
-from cfmpm.keeper import Keeper
 from cfmpm.meshing import mesh_size, resolved_grading, triangulate
+from cfmpm.output.checkpoint import read_checkpoint
+from cfmpm.output.run_folder import CHECKPOINT
+from cfmpm.output.run_writer import Keeper
 from cfmpm.scene import changed_keys, scene_from_dict
 from cfmpm.scene.model import Scene
 from cfmpm.simulation import run

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from structured import rectangle
 
+from cfmpm.body.grid import build_grid
 from cfmpm.errors import MeshError
 from cfmpm.fracture.release import triangle_quality
-from cfmpm.grid import build_grid
 from cfmpm.meshing import triangulate
 from cfmpm.meshing.margin import surround
 from cfmpm.scene import expand, scene_from_dict

@@ -13,10 +13,11 @@ from matplotlib.quiver import Quiver
 from PIL import Image
 from structured import rectangle
 
-from cfmpm.accessor import tip_path
+from cfmpm.body.grid import build_grid
 from cfmpm.errors import SceneError
-from cfmpm.fields import build_fields
-from cfmpm.grid import build_grid
+from cfmpm.output.analysis import tip_path
+from cfmpm.output.fields import build_fields
+from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting import (
     animate_growth,
     draw_angles,
@@ -32,7 +33,6 @@ from cfmpm.plotting import (
 from cfmpm.plotting.files import save_growth, save_steps
 from cfmpm.plotting.growth import PARTS
 from cfmpm.plotting.style import BLACK
-from cfmpm.results import TIP_STATUS
 from cfmpm.scene import expand, scene_from_dict
 from cfmpm.simulation import run
 

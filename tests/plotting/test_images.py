@@ -20,10 +20,10 @@ from matplotlib.testing.compare import compare_images
 from matplotlib.testing.decorators import remove_ticks_and_titles
 from structured import rectangle
 
-from cfmpm.grid import Grid, build_grid
+from cfmpm.body.grid import Grid, build_grid
+from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting import Mesh, draw_deformed, draw_paths, draw_tip_forces
 from cfmpm.plotting.style import RC
-from cfmpm.results import TIP_STATUS
 
 IMAGES = Path(__file__).parent / "images"
 # Root mean square over all pixels, of 255. Matplotlib 3.9 and 3.11 draw the same; a marker more or

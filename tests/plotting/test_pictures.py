@@ -15,8 +15,9 @@ from matplotlib.patches import Circle
 from matplotlib.quiver import Quiver
 from structured import rectangle
 
-from cfmpm.fields import build_fields
-from cfmpm.grid import Grid, build_grid
+from cfmpm.body.grid import Grid, build_grid
+from cfmpm.body.points import seed
+from cfmpm.output.fields import build_fields
 from cfmpm.plotting import (
     Mesh,
     draw_deformed,
@@ -35,9 +36,9 @@ from cfmpm.plotting.files import (
     save_tip_forces,
     save_tip_points,
 )
-from cfmpm.points import seed
 from cfmpm.scene import scene_from_dict
-from cfmpm.simulation import Result, run
+from cfmpm.simulation import run
+from cfmpm.state import Result
 
 
 @pytest.fixture

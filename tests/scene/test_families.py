@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scene_texts import changed
 
 from cfmpm.scene import Scene, body_polygon, expand, scene_from_dict, tip_points
+from cfmpm.scene.body import Geometry
 from cfmpm.scene.families import key_as_written
-from cfmpm.scene.model import Geometry
 from cfmpm.scene.shapes import sides_of
 
 RECTANGLE = {"width": 50.0, "height": 90.0}

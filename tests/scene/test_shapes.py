@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 
-from cfmpm.scene.model import Circle, Vertex
+from cfmpm.scene.body import Circle, Vertex
 from cfmpm.scene.shapes import Side, arc_centre, ring, sides_of
 
 coordinate = st.floats(-10, 10, width=32)

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from ruamel.yaml import YAML
 
-from cfmpm.results import TIP_STATUS
+from cfmpm.output.variables import TIP_STATUS
 from cfmpm.scene.schema import schema, schema_text
 from cfmpm.study.collecting import collect
 from cfmpm.study.member import solve

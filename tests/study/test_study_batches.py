@@ -9,7 +9,7 @@ import xarray as xr
 from study_texts import STUDY, write_study
 
 from cfmpm.errors import SceneError, SolveError
-from cfmpm.folder import held
+from cfmpm.output.run_folder import held
 from cfmpm.study import batches as module
 from cfmpm.study.batches import batch, batches, write_batch
 from cfmpm.study.member import Outcome, solve

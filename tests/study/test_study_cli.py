@@ -12,8 +12,8 @@ import xarray as xr
 from study_texts import FAILING, STUDY, without_times, write_study
 from typer.testing import CliRunner, Result
 
-from cfmpm.cli import app
-from cfmpm.folder import held
+from cfmpm.cli.app import app
+from cfmpm.output.run_folder import held
 from cfmpm.study.member import Outcome
 from cfmpm.study.reading import load_study
 from cfmpm.study.store import write_part
@@ -150,7 +150,7 @@ def test_what_a_kill_left_is_taken_away(folder: Path) -> None:
 
 
 def test_how_far_it_has_come_is_told_without_a_terminal(folder: Path, monkeypatch) -> None:
-    monkeypatch.setattr("cfmpm.cli.LOGGED_EVERY", 0.0)
+    monkeypatch.setattr("cfmpm.cli.studying.LOGGED_EVERY", 0.0)
     path = write_study(folder)
     result = call(path, "--workers", 1)
     assert result.stderr.splitlines() == [f"{i} of 4 members" for i in (1, 2, 3, 4)]

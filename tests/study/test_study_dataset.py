@@ -14,7 +14,7 @@ from study_texts import FAILING, GROWING, STUDY, UNCRACKED, write_study
 from cfmpm import simulation
 from cfmpm.errors import SceneError
 from cfmpm.meshing.session import gmsh_session
-from cfmpm.results import write_dataset
+from cfmpm.output.files import write_dataset
 from cfmpm.study.collecting import collect
 from cfmpm.study.layout import LAST, RESERVED, described
 from cfmpm.study.member import Outcome, solve

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from study_texts import FAILING, GROWING, STUDY, without_times, write_study
 
-from cfmpm import simulation
+from cfmpm import simulation, state
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 from cfmpm.study import running
 from cfmpm.study.collecting import collect
@@ -134,7 +134,7 @@ def test_what_fails_by_the_scene_lasts(error, reason, lasting, tmp_path: Path, m
     assert (outcome.status, outcome.reason, outcome.lasting) == ("failed", reason, lasting)
 
 
-@pytest.mark.parametrize("word", [simulation.UNSTABLE, simulation.UNSOLVABLE])
+@pytest.mark.parametrize("word", [state.UNSTABLE, state.UNSOLVABLE])
 def test_a_member_that_loses_stability_is_not_done(word, tmp_path: Path, monkeypatch) -> None:
     (member,) = load_study(write_study(tmp_path, ONE)).members
     real = simulation.run
@@ -160,10 +160,11 @@ def test_the_end_of_a_run_that_loses_stability(tmp_path: Path) -> None:
 
 
 def test_steps_before_a_failure_are_kept(tmp_path: Path, monkeypatch) -> None:
-    from cfmpm import body
+    from cfmpm.body import body
     from cfmpm.errors import SolveError
+    from cfmpm.fracture import growing
 
-    real, calls = body.release, []
+    real, calls = growing.release, []
 
     def failing(*arguments):
         calls.append(1)

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from cfmpm import equilibrium
+from cfmpm.body.grid import Grid, build_grid
+from cfmpm.body.loads import Loading
+from cfmpm.body.materials import lame_constants
+from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.equilibrium import balance, small_strain
 from cfmpm.fracture import cf
-from cfmpm.grid import Grid, build_grid
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.loading import Loading
-from cfmpm.materials import lame_constants
 from cfmpm.meshing import triangulate
-from cfmpm.points import MaterialPoints, seed
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
 
@@ -26,7 +26,7 @@ class Solved:
     gradients: np.ndarray
     lame: np.ndarray
     nodal: np.ndarray
-    balance: equilibrium.Equilibrium
+    balance: balance.Equilibrium
 
 
 @pytest.fixture(scope="session")
@@ -52,8 +52,8 @@ def solve_prescribed():
         values[outer] = field(grid.nodes[outer], side[outer])
         nothing = np.zeros_like(values)
         loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
-        stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
-        balance = equilibrium.solve_linear(
+        stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, loading)
+        balance = small_strain.solve_linear(
             stiffness, grid, points, gradients, lame, loading, "superlu"
         )
         nodal = cf.nodal_force(grid, points, gradients, np.zeros(2))

@@ -11,17 +11,19 @@ from hypothesis import strategies as st
 from scipy.sparse import csc_array, csr_array, eye_array
 from structured import rectangle
 
-from cfmpm import body as bodies
-from cfmpm import contact, equilibrium, solvers
+from cfmpm import build
+from cfmpm.body import body as bodies
+from cfmpm.body.crack_faces import face_pairs, smallest_openings
+from cfmpm.body.grid import build_grid
+from cfmpm.body.loads import Loading
+from cfmpm.body.materials import lame_constants
+from cfmpm.body.points import seed
+from cfmpm.equilibrium import balance, contact, small_strain
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.fracture.interaction import IntensityFactors, intensity_factors
-from cfmpm.fracture.opening import face_pairs, smallest_openings
-from cfmpm.grid import build_grid
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.loading import Loading
-from cfmpm.materials import lame_constants
-from cfmpm.points import seed
+from cfmpm.linear import solvers
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
 
@@ -36,7 +38,7 @@ class Solved:
     body: bodies.Body
     gradients: np.ndarray
     lame: np.ndarray
-    balance: equilibrium.Equilibrium
+    balance: balance.Equilibrium
 
     def pressed(self) -> tuple[np.ndarray, np.ndarray]:
         """Opening and normal force of all pairs."""
@@ -73,12 +75,12 @@ class Solved:
 
 def solve(scene: dict, solver: str = "superlu") -> Solved:
     full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
-    body = bodies.build(full)
+    body = build.build(full)
     grid, points = body.grid, body.integration
     gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
     lame = lame_constants(full, grid.region_names)
-    stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, body.loading)
-    balance = equilibrium.solve_linear(
+    stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, body.loading)
+    balance = small_strain.solve_linear(
         stiffness, grid, points, gradients, lame, body.loading, solver
     )
     return Solved(body, gradients, lame, balance)
@@ -228,8 +230,10 @@ def test_pressure_passes_through_joined_cracks(element, last):
     nothing = np.zeros_like(squeezed)
     loading = Loading(prescribed, squeezed, nothing, nothing, np.zeros(2), {}, 0)
     lame = np.array([[1.3, 0.9]])
-    stiffness = equilibrium.assemble_stiffness(grid, points, gradients, lame, loading)
-    balance = equilibrium.solve_linear(stiffness, grid, points, gradients, lame, loading, "superlu")
+    stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, loading)
+    balance = small_strain.solve_linear(
+        stiffness, grid, points, gradients, lame, loading, "superlu"
+    )
     assert balance.contact_pairs >= 8
     np.testing.assert_allclose(balance.displacement, -0.1 * grid.nodes, rtol=0, atol=1e-15)
     pressure = -0.2 * (1.3 + 0.9)
@@ -246,7 +250,7 @@ def test_open_cracks_know_nothing_of_contact(load, monkeypatch):
     scene = edge_crack(load)
     with_check = solve(scene)
     monkeypatch.setattr(
-        equilibrium,
+        small_strain,
         "close_faces",
         lambda faces, prescribed, displacement, factor: contact.Contact(
             displacement, np.zeros_like(displacement), np.zeros(0)
@@ -308,7 +312,7 @@ def test_contact_stiffens_and_lowers_what_the_closed_end_releases(monkeypatch):
     scene = bent_beam("T6", BEAMS["straight"])
     closed = solve(scene)
     monkeypatch.setattr(
-        equilibrium,
+        small_strain,
         "close_faces",
         lambda faces, prescribed, displacement, factor: contact.Contact(
             displacement, np.zeros_like(displacement), np.zeros(0)
@@ -408,7 +412,7 @@ class TestTurnedFaces:
     def faces(self):
         scene = bent_beam("T6", BEAMS["two"])
         full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
-        self.grid = bodies.build(full).grid
+        self.grid = build.build(full).grid
         self.free = np.zeros((len(self.grid.nodes), 2), bool)
         x, y = (self.grid.nodes / np.abs(self.grid.nodes).max()).T
         turned = self.grid.nodes @ np.array([[0.6, 0.8], [-0.8, 0.6]]) - self.grid.nodes

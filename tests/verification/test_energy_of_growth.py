@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cfmpm
-from cfmpm.remarks import parts_of_gap
-from cfmpm.results import TIP_STATUS
+from cfmpm.output.analysis import parts_of_gap
+from cfmpm.output.variables import TIP_STATUS
 
 PAPER = Path(__file__).parents[2] / "configs/paper"
 

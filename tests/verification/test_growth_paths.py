@@ -9,7 +9,7 @@ import pytest
 
 import cfmpm
 from cfmpm.fracture.criteria import max_hoop_angle
-from cfmpm.results import TIP_STATUS
+from cfmpm.output.variables import TIP_STATUS
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 INCH = 25.4

@@ -7,7 +7,7 @@ import pytest
 
 import cfmpm
 from cfmpm.fracture.criteria import kinked_factors
-from cfmpm.remarks import parts_of_gap
+from cfmpm.output.analysis import parts_of_gap
 from cfmpm.scene import scene_from_dict
 
 C = 20.0  # half length [mm]

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import cfmpm
-from cfmpm import body as bodies
-from cfmpm import newton
+from cfmpm import build
+from cfmpm.body.loads import Loading
+from cfmpm.body.materials import material_laws
+from cfmpm.equilibrium import newton, stepping
 from cfmpm.fracture import cf
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.loading import Loading
-from cfmpm.materials import material_laws
 from cfmpm.scene.reading import scene_from_dict
 
 pytest.importorskip("skfem")
@@ -55,7 +55,7 @@ def plate(law, element, mesh, loads=None, traction=None, **more):
 
 def problem_of(scene):
     """What Newton's method needs, for loads of one's own."""
-    body = bodies.build(scene)
+    body = build.build(scene)
     points = body.integration
     gradients = basis_gradients(
         body.grid.nodes, body.grid.elements, points.element, points.position
@@ -272,7 +272,7 @@ def test_rigid_rotation_over_a_stretch(law):
     grid, points = problem.grid, problem.points
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(newton, "RESIDUAL", 1e-12)
-        one = newton.advance(problem, newton.at_rest(problem), 1.0)
+        one = stepping.advance(problem, stepping.at_rest(problem), 1.0)
 
     def observed():
         nodal = cf.finite_nodal_force(grid, points, problem.gradients, np.zeros(2))
@@ -290,7 +290,7 @@ def test_rigid_rotation_over_a_stretch(law):
     loading = replace(
         problem.loading, displacement=np.where(problem.loading.prescribed, turned, 0.0)
     )
-    other = newton.rebalance(replace(problem, loading=loading), replace(one, displacement=turned))
+    other = stepping.rebalance(replace(problem, loading=loading), replace(one, displacement=turned))
     energy_2, eshelby_2, force_2, stress_2 = observed()
     assert energy_2 == pytest.approx(energy, rel=1e-10)
     assert np.abs(eshelby_2 - eshelby).max() < 1e-10 * np.abs(eshelby).max()
@@ -451,9 +451,9 @@ def driven(material, H, factors, element="T3"):
     problem = problem_of(block(material, element))
     nodes = rim(problem.grid.nodes)
     problem = prescribed(problem, nodes, problem.grid.nodes[nodes] @ H.T)
-    state = newton.at_rest(problem)
+    state = stepping.at_rest(problem)
     for factor in factors:
-        state = newton.advance(problem, state, factor)
+        state = stepping.advance(problem, state, factor)
         yield problem.points
 
 
@@ -523,9 +523,9 @@ def test_limit_pressure_of_a_thick_cylinder(element, size):
     held, values = loading.prescribed.copy(), loading.displacement.copy()
     held[wall], values[wall] = True, 0.01 * inner * outwards
     problem = replace(problem, loading=replace(loading, prescribed=held, displacement=values))
-    state = newton.at_rest(problem)
+    state = stepping.at_rest(problem)
     for factor in np.linspace(0.0, 1.0, 21)[1:]:
-        state = newton.advance(problem, state, factor)
+        state = stepping.advance(problem, state, factor)
     a = 1.01 * inner
     b = np.sqrt(outer**2 - inner**2 + a**2)
     pressure = (state.internal_force[wall] * outwards).sum() / (0.5 * np.pi * a)

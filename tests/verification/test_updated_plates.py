@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from cfmpm import simulation
+from cfmpm import simulation, state
 from cfmpm.scene import scene_from_dict
 
 PAPER = Path(__file__).parents[2] / "configs" / "paper"
@@ -22,7 +22,7 @@ ELONGATED = {
 }
 
 
-def elongated(**options: Any) -> simulation.Result:
+def elongated(**options: Any) -> state.Result:
     scene = {
         "name": "plate",
         "family": {"kind": "single_edge", "width": 500, "height": 1000, "crack_length": 100},

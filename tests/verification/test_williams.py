@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cfmpm.body.tip_domains import choose_domains
 from cfmpm.fracture import cf, criteria
-from cfmpm.fracture.domains import choose_domains
 from cfmpm.fracture.interaction import intensity_factors
 
 E, NU = 210e3, 0.3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from cfmpm.results import TIP_STATUS
+from cfmpm.output.variables import TIP_STATUS
 from workflows.paper.claims_growth import FIXED_GRIPS
 from workflows.paper.figures_growth import BOTTOM, HOLE
 from workflows.paper.growth import KEPT, reference, stack

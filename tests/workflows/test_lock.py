@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from cfmpm.folder import held
+from cfmpm.output.run_folder import held
 from workflows.lock import clear_after_kill, remove_unfinished
 
 HOLD = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from structured import rectangle
 
-from cfmpm.grid import build_grid
+from cfmpm.body.grid import build_grid
 from workflows import reference_large_strain as plate_of_5_1
 from workflows import reference_tl_fem as fem
 

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cfmpm
-from cfmpm.fields import build_fields
+from cfmpm.output.fields import build_fields
 from cfmpm.plotting import draw_deformed, draw_tip_forces
 from cfmpm.plotting.style import RC
 

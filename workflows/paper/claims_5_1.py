@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from cfmpm.scene import load_scene
-from cfmpm.scene.model import SingleEdge
+from cfmpm.scene.specimens import SingleEdge
 from workflows.paper.table import Claim, write_table
 
 # Two computations are the same where they differ by round-off only.

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from cfmpm.grid import Floats
-from cfmpm.results import TIP_STATUS
+from cfmpm.body.grid import Floats
+from cfmpm.output.variables import TIP_STATUS
 from workflows.paper.figures_growth import BOTTOM, HOLE, INCH, MIDDLE, distance_to_path, gap_to_hole
 from workflows.paper.growth import energy_released, reference, segment_angles, steps, tip_path
 from workflows.paper.table import Claim, write_table

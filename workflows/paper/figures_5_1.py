@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from cfmpm.output.files import write_dataset
 from cfmpm.plotting import Mesh, draw_grid, draw_tip_forces
 from cfmpm.plotting.curves import draw_curve, draw_level, draw_power
 from cfmpm.plotting.style import panels
-from cfmpm.results import write_dataset
 
 NORM = "norm of CF [N/mm]"
 ANGLE = "angle of CF [deg]"

@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from cfmpm.grid import Floats
+from cfmpm.body.grid import Floats
+from cfmpm.output.files import write_dataset
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLACK, GREY, length_axes, panels
-from cfmpm.results import write_dataset
 from cfmpm.scene import load_scene
 from cfmpm.scene.geometry import Body
 from workflows.paper.growth import reference, segment_angles, steps, tip_path

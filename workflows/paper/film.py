@@ -9,11 +9,11 @@ from typing import Any
 import xarray as xr
 
 import cfmpm
-from cfmpm.fields import state_fields
+from cfmpm.output.fields import state_fields
+from cfmpm.output.record import Record
 from cfmpm.plotting import animate_growth
-from cfmpm.record import Record
 from cfmpm.scene import load_scene
-from cfmpm.simulation import State
+from cfmpm.state import State
 
 
 def write_film(scene_file: str, replaced: Mapping[str, Any], every: int, path: str | Path) -> None:

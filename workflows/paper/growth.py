@@ -11,9 +11,10 @@ import numpy as np
 import xarray as xr
 
 import cfmpm
-from cfmpm import accessor
-from cfmpm.grid import Floats
-from cfmpm.results import TIP_STATUS, write_dataset
+from cfmpm.body.grid import Floats
+from cfmpm.output import analysis
+from cfmpm.output.files import write_dataset
+from cfmpm.output.variables import TIP_STATUS
 from cfmpm.scene import load_scene
 
 REFERENCES = Path(__file__).parents[1] / "reference"
@@ -82,7 +83,7 @@ def tip_path(dataset: xr.Dataset, variant: str, tip: str | None = None) -> Float
     tip : str, optional
         Default: the first.
     """
-    return accessor.tip_path(dataset.sel(variant=variant), tip or str(dataset.tip.values[0]))
+    return analysis.tip_path(dataset.sel(variant=variant), tip or str(dataset.tip.values[0]))
 
 
 def steps(dataset: xr.Dataset, variant: str) -> xr.Dataset:

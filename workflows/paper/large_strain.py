@@ -13,10 +13,11 @@ import numpy as np
 import xarray as xr
 
 import cfmpm
-from cfmpm.grid import Floats
-from cfmpm.results import write_dataset
+from cfmpm.body.grid import Floats
+from cfmpm.output.files import write_dataset
 from cfmpm.scene import load_scene
-from cfmpm.scene.model import Scene, SingleEdge
+from cfmpm.scene.model import Scene
+from cfmpm.scene.specimens import SingleEdge
 
 FEM = Path(__file__).parents[1] / "reference" / "large_strain_fem.csv"
 # Of the history, what the figure and its claims are made from.

@@ -13,10 +13,11 @@ import xarray as xr
 from scipy.sparse.linalg import spsolve
 
 import cfmpm
-from cfmpm.grid import Floats
-from cfmpm.results import write_dataset
+from cfmpm.body.grid import Floats
+from cfmpm.output.files import write_dataset
 from cfmpm.scene import effective_config
-from cfmpm.scene.model import Scene, SingleEdge
+from cfmpm.scene.model import Scene
+from cfmpm.scene.specimens import SingleEdge
 from workflows import reference_fem
 from workflows.settings import scene_with
 

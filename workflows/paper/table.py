@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-from cfmpm.results import written_aside
+from cfmpm.output.files import written_aside
 from workflows.page import html_page, html_table, write_text
 
 # Of the table to be read; the CSV file has all fields.

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from cfmpm.grid import Floats
+from cfmpm.body.grid import Floats
 from workflows.page import html_image, html_page, html_table, write_text
 from workflows.performance.pareto import pareto_front
 

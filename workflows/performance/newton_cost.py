@@ -13,13 +13,14 @@ import numpy as np
 import xarray as xr
 from scipy.sparse import csr_array
 
-from cfmpm import body as bodies
-from cfmpm import newton, solvers
+from cfmpm import build
+from cfmpm.body.materials import material_laws
+from cfmpm.body.points import relocate
+from cfmpm.equilibrium import newton, stepping
 from cfmpm.kernels import finite
 from cfmpm.kernels.basis import basis_gradients
-from cfmpm.materials import material_laws
-from cfmpm.points import relocate
-from cfmpm.results import write_dataset
+from cfmpm.linear import solvers
+from cfmpm.output.files import write_dataset
 from workflows.settings import scene_with
 
 PARTS = ("points and forces", "stiffness", "factor", "solve")
@@ -55,7 +56,7 @@ def measure(
     Notes
     -----
     Time is that of the processor, on one thread: other programs do not count. The whole is that of
-    `newton.advance` over its iterations, with all that a step adds to them: analysis of the
+    `stepping.advance` over its iterations, with all that a step adds to them: analysis of the
     pattern, factors at the beginning and the end, prediction, ellipticity of all points.
     """
     rows = []
@@ -81,7 +82,7 @@ def measure(
 
 def _problem(scene: Any) -> newton.Problem:
     """Build the body of a scene, and what Newton's method needs of it."""
-    body = bodies.build(scene)
+    body = build.build(scene)
     grid, points = body.grid, body.integration
     points.element = relocate(grid, points)
     return newton.Problem(
@@ -102,7 +103,7 @@ def _row(problem: newton.Problem, repeats: int) -> xr.Dataset:
     for _ in range(repeats + 1):  # the first one fills caches
         fresh = replace(problem, points=replace(problem.points))
         start = time.process_time()
-        balance = newton.advance(fresh, newton.at_rest(fresh), 1.0)
+        balance = stepping.advance(fresh, stepping.at_rest(fresh), 1.0)
         whole = min(whole, time.process_time() - start)
     assert balance is not None
     grid, points, laws = problem.grid, problem.points, problem.laws

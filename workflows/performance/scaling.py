@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from cfmpm.results import provenance, write_dataset
+from cfmpm.output.files import write_dataset
+from cfmpm.output.provenance import provenance
 from cfmpm.scene import load_scene
 from workflows.performance.alone import run_alone
 

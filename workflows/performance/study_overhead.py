@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 
 from cfmpm import simulation
-from cfmpm.results import write_dataset
+from cfmpm.output.files import write_dataset
 from cfmpm.study.reading import load_study
 from cfmpm.study.running import THREADS
 from cfmpm.study.store import DATASET, MEMBERS

@@ -17,11 +17,12 @@ from shapely import LineString, distance, points
 from skfem import solver_direct_scipy
 
 import cfmpm
-from cfmpm.grid import Floats
+from cfmpm.body.grid import Floats
+from cfmpm.linear.solvers import SOLVERS, available
 from cfmpm.meshing.sizes import mesh_size, resolved_grading
-from cfmpm.results import provenance, write_dataset
+from cfmpm.output.files import write_dataset
+from cfmpm.output.provenance import provenance
 from cfmpm.scene import Scene, load_scene
-from cfmpm.solvers import SOLVERS, available
 from workflows import reference_fem
 from workflows.paper.growth import reference as path_points
 from workflows.settings import combinations

@@ -13,7 +13,7 @@ import xarray as xr
 
 import cfmpm
 from cfmpm.errors import MeshError, SceneError, SolveError
-from cfmpm.results import write_dataset
+from cfmpm.output.files import write_dataset
 from cfmpm.scene import load_scene
 from workflows.settings import Case, Stability
 from workflows.stability.slivers import write_plate

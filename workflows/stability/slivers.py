@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from cfmpm.grid import Floats, Ints
+from cfmpm.body.grid import Floats, Ints
 
 WIDTH, HEIGHT, CRACK = 500.0, 1000.0, 100.0  # mm
 COLUMNS, ROWS = 20, 40

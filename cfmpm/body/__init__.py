@@ -1,0 +1,1 @@
+"""The body: background grid, material points, boundary, loads, cracks."""

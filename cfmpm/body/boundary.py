@@ -1,0 +1,147 @@
+"""The parts of the boundary that loads act on, and the integrals of the basis along them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.scene.geometry import Body
+from cfmpm.scene.loads import Load
+from cfmpm.scene.model import Scene
+from cfmpm.scene.shapes import XY
+
+# Of the size of the body, or of an edge: what round-off may leave a node or a cut off its place.
+SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class Segments:
+    """The parts of boundary edges that one load acts on.
+
+    Attributes
+    ----------
+    edges : (k, 2) or (k, 3) int
+        Nodes of each edge.
+    weights : (k, 2) or (k, 3) float
+        Integrals of their basis functions over the part of the edge [mm].
+    """
+
+    edges: Ints
+    weights: Floats
+
+
+def find_segments(load: Load, scene: Scene, grid: Grid) -> Segments:
+    """Find the parts of the boundary that a load on an edge or in a box acts on.
+
+    Parameters
+    ----------
+    load : Load
+    scene : Scene
+        Expanded.
+    grid : Grid
+
+    Returns
+    -------
+    Segments
+        What lies in a box, whether nodes lie on its border or not.
+    """
+    names = [load.edge] if load.edge is not None else list(grid.edges)
+    edges = np.concatenate([grid.edges[name] for name in names])
+    lengths = np.concatenate([_true_lengths(name, scene, grid) for name in names])
+    if load.box is not None:
+        # In a mesh file an edge may have two names.
+        edges, first = np.unique(edges, axis=0, return_index=True)
+        lengths = lengths[first]
+    start, end = np.zeros(len(edges)), np.ones(len(edges))
+    if load.box is not None:
+        start, end = _inside(load.box, grid, edges)
+        touched = end - start > SLACK
+        edges, lengths, start, end = (part[touched] for part in (edges, lengths, start, end))
+
+    def primitive(s: Floats) -> Floats:
+        """The integrals of the basis functions from one end of the edge to s."""
+        if edges.shape[1] == 2:
+            return np.column_stack([s - s**2 / 2, s**2 / 2])
+        ends = (s - 1.5 * s**2 + 2 / 3 * s**3, 2 / 3 * s**3 - 0.5 * s**2)
+        return np.column_stack([*ends, 2 * s**2 - 4 / 3 * s**3])
+
+    return Segments(edges, lengths[:, None] * (primitive(end) - primitive(start)))
+
+
+def nodes_and_weights(load: Load, grid: Grid, segments: Segments) -> tuple[Ints, Floats]:
+    """Sum the integrals at the nodes.
+
+    Parameters
+    ----------
+    load : Load
+    grid : Grid
+    segments : Segments
+        Of this load.
+
+    Returns
+    -------
+    nodes : (k,) int
+        A displacement has only the nodes in its box, a traction all that share in it.
+    weights : (k,) float
+        [mm].
+    """
+    nodes, inverse = np.unique(segments.edges, return_inverse=True)
+    weights = np.zeros(len(nodes))
+    np.add.at(weights, inverse.ravel(), segments.weights.ravel())
+    if load.box is not None and load.displacement is not None:
+        low, high = _corners(load.box, grid)
+        within = np.all((grid.nodes[nodes] >= low) & (grid.nodes[nodes] <= high), axis=1)
+        nodes, weights = nodes[within], weights[within]
+    return nodes, weights
+
+
+def _inside(box: tuple[XY, XY], grid: Grid, edges: Ints) -> tuple[Floats, Floats]:
+    """Where each edge enters and leaves a box: 0 at its start, 1 at its end."""
+    low, high = _corners(box, grid)
+    enter, leave = np.zeros(len(edges)), np.ones(len(edges))
+    for axis in (0, 1):
+        a, b = grid.nodes[edges[:, :2], axis].T
+        cut = (np.minimum(a, b) < low[axis]) | (np.maximum(a, b) > high[axis])
+        # An edge along the border lies in the box; others end exactly at the border.
+        with np.errstate(divide="ignore"):
+            crossings = np.sort([(corner[axis] - a[cut]) / (b - a)[cut] for corner in box], axis=0)
+        enter[cut] = np.maximum(enter[cut], crossings[0])
+        leave[cut] = np.minimum(leave[cut], crossings[1])
+    return enter, leave
+
+
+def _corners(box: tuple[XY, XY], grid: Grid) -> tuple[Floats, Floats]:
+    """The lower left and the upper right corner of a box, round-off included."""
+    slack = SLACK * np.ptp(grid.nodes, axis=0).max()
+    return np.min(box, axis=0) - slack, np.max(box, axis=0) + slack
+
+
+def _lengths(grid: Grid, edges: Ints) -> Floats:
+    return np.hypot(*(grid.nodes[edges[:, 1]] - grid.nodes[edges[:, 0]]).T)
+
+
+def _true_lengths(name: str, scene: Scene, grid: Grid) -> Floats:
+    """Length of the boundary that each edge of a named part stands for: more than that of a chord.
+
+    A force given as traction times length is then applied in full. In a mesh file nobody knows
+    the true shape.
+    """
+    edges = grid.edges[name]
+    lengths = _lengths(grid, edges)
+    if scene.geometry is None:
+        return lengths
+    sides = [side for of, side in Body(scene.geometry).sides if of == name]
+    if all(side.through is None for side in sides):
+        return lengths
+    middles = grid.nodes[edges[:, :2]].mean(axis=1)
+    nearest = np.argmin([side.distances(middles) for side in sides], axis=0)
+    for i, side in enumerate(sides):
+        if side.through is None:
+            continue
+        own = nearest == i
+        turns = np.arcsin(np.minimum(1.0, lengths[own] / (2 * side.radius)))
+        # A crack that arrived on a chord has put a node off the arc: the sum is still right.
+        lengths[own] = side.length * turns / turns.sum()
+    return lengths

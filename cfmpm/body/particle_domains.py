@@ -1,0 +1,296 @@
+"""Integration by pieces: the parts of material points' domains in the triangles of a moved grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.body.points import MaterialPoints
+from cfmpm.kernels import clipping
+
+
+@dataclass(frozen=True)
+class ParticleDomains:
+    """The convex polygon of material that each material point stands for.
+
+    Attributes
+    ----------
+    anchors : (p, 2) float
+        A point at each domain [mm], a node of the grid in which the points were seeded.
+    vertices : (v, 2) float
+        Corners, anticlockwise, from the anchor [mm]: far from the origin a mid-side or a cut has
+        no exact coordinates, but its distance from a corner nearby keeps all digits.
+    offsets : (p + 1,) int
+        The corners of domain p are ``vertices[offsets[p]:offsets[p + 1]]``.
+    """
+
+    anchors: Floats
+    vertices: Floats
+    offsets: Ints
+
+    def __len__(self) -> int:
+        return len(self.anchors)
+
+    def polygon(self, p: int) -> Floats:
+        """Corners of domain p in the plane [mm], (k, 2)."""
+        return self.anchors[p] + self.vertices[self.offsets[p] : self.offsets[p + 1]]
+
+
+@dataclass(frozen=True)
+class Quadrature:
+    """Quadrature points, in ascending order of their triangles.
+
+    Attributes
+    ----------
+    owner : (q,) int
+        The material point whose piece it is.
+    element : (q,) int
+        The triangle that holds the piece.
+    position : (q, 2) float
+        [mm].
+    volume : (q,) float
+        Volume per mm of thickness [mm^2].
+    material : (q,) int
+        That of the owner.
+    """
+
+    owner: Ints
+    element: Ints
+    position: Floats
+    volume: Floats
+    material: Ints
+
+    def __len__(self) -> int:
+        return len(self.owner)
+
+
+def initial_domains(grid: Grid) -> ParticleDomains:
+    """Divide the triangles of a grid among the points that `points.seed` puts into them.
+
+    Parameters
+    ----------
+    grid : Grid
+
+    Returns
+    -------
+    ParticleDomains
+        T3: the triangle. T6: three quadrilaterals of equal area, from a corner over the middles of
+        its two sides to the centroid.
+    """
+    corners = grid.nodes[grid.triangles]
+    if grid.elements.shape[1] == 3:
+        return triangular_domains(corners)
+    to_next = np.roll(corners, -1, axis=1) - corners
+    to_last = np.roll(corners, 1, axis=1) - corners
+    here = np.zeros_like(to_next)
+    anchors = corners.reshape(-1, 2)
+    vertices = np.stack([here, to_next / 2, (to_next + to_last) / 3, to_last / 2], axis=2)
+    return ParticleDomains(anchors, vertices.reshape(-1, 2), 4 * np.arange(len(anchors) + 1))
+
+
+def triangular_domains(corners: Floats) -> ParticleDomains:
+    """Make domains of triangles, (p, 3, 2) corners anticlockwise [mm]."""
+    anchors = corners[:, 0]
+    vertices = (corners - anchors[:, None]).reshape(-1, 2)
+    return ParticleDomains(anchors, vertices, 3 * np.arange(len(anchors) + 1))
+
+
+def initial_quadrature(points: MaterialPoints) -> Quadrature:
+    """Take the points just seeded for the quadrature points; arrays are shared, not copied."""
+    return Quadrature(
+        owner=np.arange(len(points)),
+        element=points.element,
+        position=points.position,
+        volume=points.volume,
+        material=points.material,
+    )
+
+
+def as_points(quadrature: Quadrature) -> MaterialPoints:
+    """Return quadrature points in the form that sums over points take, free of stress.
+
+    Parameters
+    ----------
+    quadrature : Quadrature
+
+    Returns
+    -------
+    MaterialPoints
+        Position, volume, element and material are shared, not copied.
+    """
+    n = len(quadrature)
+    return MaterialPoints(
+        position=quadrature.position,
+        volume=quadrature.volume,
+        element=quadrature.element,
+        material=quadrature.material,
+        displacement_gradient=np.zeros((n, 2, 2)),
+        stress=np.zeros((n, 3)),
+        energy=np.zeros(n),
+    )
+
+
+def realign(
+    quadrature: Quadrature,
+    domains: ParticleDomains,
+    points: MaterialPoints,
+    grid: Grid,
+    changed: Ints,
+) -> Quadrature:
+    """Integrate anew where the triangles of the grid were changed under the points.
+
+    Parameters
+    ----------
+    quadrature : Quadrature
+        Of the grid before the change.
+    domains : ParticleDomains
+    points : MaterialPoints
+    grid : Grid
+        After the change: the old triangles keep their numbers, those that splitting made follow.
+    changed : (k,) int
+        The triangles of new shape and the new ones. Together they cover what they covered before:
+        a domain that sticks out of the grid loses that part.
+
+    Returns
+    -------
+    Quadrature
+        Unchanged triangles keep their quadrature points.
+    """
+    return _clip_again(quadrature, domains, points, grid, changed, np.empty(0, np.int64))
+
+
+def _clip_again(
+    quadrature: Quadrature,
+    domains: ParticleDomains,
+    points: MaterialPoints,
+    grid: Grid,
+    changed: Ints,
+    newcomers: Ints,
+) -> Quadrature:
+    """Integrate anew in `changed` over the domains found there and those of `newcomers`."""
+    is_changed = np.zeros(len(grid.elements), bool)
+    is_changed[changed] = True
+    dropped = is_changed[quadrature.element]
+    is_there = np.zeros(len(domains), bool)
+    is_there[quadrature.owner[dropped]] = True
+    is_there[newcomers] = True
+    owner, element, position, volume = clipping.clip_domains(
+        grid.nodes,
+        grid.elements,
+        np.flatnonzero(is_changed),
+        domains.anchors,
+        domains.vertices,
+        domains.offsets,
+        np.flatnonzero(is_there),
+    )
+    clipped = Quadrature(owner, element, position, volume, points.material[owner])
+    # Points of one triangle follow each other, as the sums over points like it; and the order does
+    # not depend on the order of past changes.
+    order = np.argsort(np.concatenate([quadrature.element, element]), kind="stable")
+    order = order[np.concatenate([~dropped, np.ones(len(clipped), bool)])[order]]
+    return Quadrature(
+        *(
+            np.concatenate([getattr(quadrature, f.name), getattr(clipped, f.name)])[order]
+            for f in fields(Quadrature)
+        )
+    )
+
+
+def split_points(
+    points: MaterialPoints,
+    domains: ParticleDomains,
+    quadrature: Quadrature,
+    grid: Grid,
+    a: Floats,
+    b: Floats,
+) -> tuple[MaterialPoints, ParticleDomains, Quadrature]:
+    """Make two material points of each one whose domain a new crack segment cuts.
+
+    Parameters
+    ----------
+    points : MaterialPoints
+    domains : ParticleDomains
+    quadrature : Quadrature
+    grid : Grid
+        To which `quadrature` belongs.
+    a, b : (2,) float
+        The ends of the segment [mm]. A domain in which it ends is cut through all the same, so that
+        every domain stays convex.
+
+    Returns
+    -------
+    points : MaterialPoints
+        The part on the left of a -> b keeps its number, that on the right is appended, in the order
+        of the parents. Both have the parent's state and its `element`, stand at the centroid of
+        their part, and share its volume by area.
+    domains : ParticleDomains
+    quadrature : Quadrature
+        Clipped again in the triangles that hold pieces of the parents.
+    """
+    cut = np.flatnonzero(
+        clipping.find_cut_domains(domains.anchors, domains.vertices, domains.offsets, a, b)
+    )
+    if cut.size == 0:
+        return points, domains, quadrature
+    n = len(points)
+    newcomers = np.arange(n, n + len(cut))
+    columns = {f.name: getattr(points, f.name) for f in fields(points)}
+    split = MaterialPoints(**{name: np.concatenate([x, x[cut]]) for name, x in columns.items()})
+    lefts: list[Floats] = []
+    rights: list[Floats] = []
+    for p, newcomer in zip(cut, newcomers, strict=True):
+        own = domains.vertices[domains.offsets[p] : domains.offsets[p + 1]]
+        start, end = a - domains.anchors[p], b - domains.anchors[p]
+        areas = []
+        for part, side, parts in ((p, 1.0, lefts), (newcomer, -1.0, rights)):
+            work = np.empty((2 * len(own), 2))
+            k = clipping.clip(own, len(own), start, end, side, work)
+            area, *centroid = clipping.area_and_centroid(work, k)
+            split.position[part] = domains.anchors[p] + centroid
+            areas.append(area)
+            parts.append(work[:k])
+        split.volume[[p, newcomer]] = points.volume[p] * np.array(areas) / sum(areas)
+    divided = _replace_and_append(domains, cut, lefts, rights)
+    touched = quadrature.element[np.isin(quadrature.owner, cut)]
+    return split, divided, _clip_again(quadrature, divided, split, grid, touched, newcomers)
+
+
+def _replace_and_append(
+    domains: ParticleDomains, cut: Ints, lefts: list[Floats], rights: list[Floats]
+) -> ParticleDomains:
+    """Put the left parts in the place of the domains that were cut, the right ones at the end."""
+    blocks, start = [], 0
+    for p, left in zip(cut, lefts, strict=True):
+        blocks += [domains.vertices[start : domains.offsets[p]], left]
+        start = domains.offsets[p + 1]
+    counts = np.diff(domains.offsets)
+    counts[cut] = [len(left) for left in lefts]
+    counts = np.concatenate([counts, [len(right) for right in rights]])
+    return ParticleDomains(
+        anchors=np.concatenate([domains.anchors, domains.anchors[cut]]),
+        vertices=np.concatenate([*blocks, domains.vertices[start:], *rights]),
+        offsets=np.concatenate([[0], np.cumsum(counts)]),
+    )
+
+
+def point_state(quadrature: Quadrature, values: Floats, n_points: int) -> Floats:
+    """Average quantities of the quadrature points over each material point.
+
+    Parameters
+    ----------
+    quadrature : Quadrature
+    values : (q, ...) float
+    n_points : int
+
+    Returns
+    -------
+    (n_points, ...) float
+        Mean by volume over the pieces of each point; zero for a point whose domain is dust.
+    """
+    owner, volume = quadrature.owner, quadrature.volume
+    total = np.maximum(np.bincount(owner, volume, n_points), np.finfo(float).tiny)
+    columns = values.reshape(len(values), -1).T
+    mean = np.column_stack([np.bincount(owner, volume * c, n_points) / total for c in columns])
+    return mean.reshape(n_points, *values.shape[1:])

@@ -1,0 +1,162 @@
+"""The material points: arrays, seeding, location."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.errors import SolveError
+from cfmpm.kernels import location
+
+
+@dataclass
+class MaterialPoints:
+    """Material points as a structure of arrays, one row a point.
+
+    Attributes
+    ----------
+    position : (p, 2) float
+        [mm].
+    volume : (p,) float
+        Volume per mm of thickness [mm^2].
+    element : (p,) int
+        The triangle that holds the point.
+    material : (p,) int
+        Row of the material table.
+    displacement_gradient : (p, 2, 2) float
+    stress : (p, 3) float
+        sigma_xx, sigma_yy, sigma_xy [MPa].
+    energy : (p,) float
+        Strain energy density [N mm/mm^3].
+    """
+
+    position: Floats
+    volume: Floats
+    element: Ints
+    material: Ints
+    displacement_gradient: Floats
+    stress: Floats
+    energy: Floats
+
+    def __len__(self) -> int:
+        return len(self.volume)
+
+
+def seed(grid: Grid) -> MaterialPoints:
+    """Fill a grid with stress-free material points.
+
+    Parameters
+    ----------
+    grid : Grid
+
+    Returns
+    -------
+    MaterialPoints
+        T3: one at each centroid. T6: three at (2/3, 1/6, 1/6), the centroids of the paper's
+        corner sub-triangles (section 2.3) and the three-point Gauss rule. The areas of the points
+        of a triangle add up to its own.
+    """
+    corners = grid.nodes[grid.triangles]
+    if grid.elements.shape[1] == 3:
+        weights = np.full((1, 3), 1.0 / 3.0)
+    else:
+        weights = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
+    per_element = len(weights)
+    n = per_element * len(corners)
+    return MaterialPoints(
+        position=np.einsum("qk,ekd->eqd", weights, corners).reshape(n, 2),
+        volume=np.repeat(grid.areas / per_element, per_element),
+        element=np.repeat(np.arange(len(corners)), per_element),
+        material=np.repeat(grid.regions, per_element),
+        displacement_gradient=np.zeros((n, 2, 2)),
+        stress=np.zeros((n, 3)),
+        energy=np.zeros(n),
+    )
+
+
+def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
+    """Find the triangle that holds each point.
+
+    Parameters
+    ----------
+    grid : Grid
+    position : (p, 2) float
+        [mm].
+    hints : (p,) int, optional
+        A triangle near each point, from which a walk over neighbours starts; the walk never
+        crosses a crack, and a point on a crack stays on the side of its hint.
+
+    Returns
+    -------
+    (p,) int
+        The triangle; `location.OUTSIDE` (-1) for points outside the body.
+
+    Notes
+    -----
+    Stands in for the paper's search over all triangles (section 4.2, step 2).
+    """
+    position = np.ascontiguousarray(position, float)
+    triangles = np.ascontiguousarray(grid.triangles)
+    if hints is None:
+        found = np.full(len(position), location.OUTSIDE)
+        hints = found
+    else:
+        found = location.walk_from_hints(grid.nodes, triangles, grid.twins, hints, position)
+    lost = np.flatnonzero(found == location.OUTSIDE)
+    if lost.size == 0:
+        return found
+    origin = grid.nodes.min(axis=0)
+    extent = np.ptp(grid.nodes, axis=0)
+    cell = np.sqrt(extent.prod() / len(triangles))
+    shape = np.maximum(1, (extent / cell).astype(np.int64))
+    size = extent / shape
+    offsets, items = location.fill_buckets(grid.nodes, triangles, origin, size, shape)
+    found[lost] = location.search_buckets(
+        grid.nodes,
+        triangles,
+        grid.twins,
+        origin,
+        size,
+        shape,
+        offsets,
+        items,
+        hints[lost],
+        position[lost],
+    )
+    return found
+
+
+def relocate(
+    grid: Grid,
+    points: MaterialPoints,
+    reason: str = "growth has moved the grid off them; make it finer there",
+) -> Ints:
+    """Find the triangle that holds each material point, from the one that held it.
+
+    Parameters
+    ----------
+    grid : Grid
+    points : MaterialPoints
+    reason : str
+        Why points may lie outside, and what helps.
+
+    Returns
+    -------
+    (p,) int
+
+    Raises
+    ------
+    SolveError
+        Where points lie outside the grid: kernels would take -1 for its last triangle.
+    """
+    found = locate(grid, points.position, points.element)
+    lost = np.flatnonzero(found == location.OUTSIDE)
+    if lost.size:
+        x, y = points.position[lost[0]]
+        raise SolveError(
+            f"{lost.size} of {len(points)} material points have left the grid, the first at "
+            f"({x:.6g}, {y:.6g}) mm: {reason}"
+        )
+    return found

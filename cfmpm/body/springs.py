@@ -1,0 +1,168 @@
+"""Linear springs on a grid besides its material: supports it moves past, and stabilisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.kernels import basis
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Springs between nodes of a grid, and between nodes and places that move with the load.
+
+    Attributes
+    ----------
+    stiffness : (2 n, 2 n) csr_array
+        [N/mm^2: N/mm per mm of thickness], symmetric; rows in the order of the displacement.
+    force : (n, 2) float
+        That resists where the displacement is zero [N/mm].
+    pull : (n, 2) float
+        That acts per load factor [N/mm].
+    """
+
+    stiffness: csr_array
+    force: Floats
+    pull: Floats
+
+    def resistance(self, displacement: Floats) -> Floats:
+        """Return the force that resists a displacement, without that of the load, (n, 2)."""
+        return self.force + (self.stiffness @ displacement.ravel()).reshape(-1, 2)
+
+    def united(self, pattern: tuple[Ints, Ints], free: Ints) -> tuple[Ints, Ints]:
+        """Add the places of its entries, for the free rows, to those of a stiffness."""
+        own = self.stiffness[free][:, free]
+        n = len(free)
+        both: Any = csr_array((np.ones(len(pattern[1])), pattern[1], pattern[0]), shape=(n, n))
+        both = both + csr_array((np.ones(own.nnz), own.indices, own.indptr), shape=(n, n))
+        both.sort_indices()
+        return both.indptr, both.indices
+
+    def entries(self, pattern: tuple[Ints, Ints], free: Ints) -> Floats:
+        """Return its values at the places of a stiffness that has room for them."""
+        own = self.stiffness[free][:, free].tocoo()
+        indptr, indices = pattern
+        n = len(free)
+        places = np.repeat(np.arange(n), np.diff(indptr)) * n + indices
+        values = np.zeros(len(indices))
+        values[np.searchsorted(places, own.row.astype(np.int64) * n + own.col)] = own.data
+        return values
+
+
+def join(one: Springs | None, other: Springs | None) -> Springs | None:
+    """Let both act."""
+    if one is None or other is None:
+        return one or other
+    return Springs(
+        csr_array(one.stiffness + other.stiffness), one.force + other.force, one.pull + other.pull
+    )
+
+
+def supports(
+    grid: Grid,
+    element: Ints,
+    position: Floats,
+    axis: Ints,
+    stiffness: float,
+    displacement: Floats,
+    target: Floats,
+) -> Springs:
+    """Hold places in a grid by one component each.
+
+    Parameters
+    ----------
+    grid : Grid
+    element : (k,) int
+        The triangle that each place moves with.
+    position : (k, 2) float
+        [mm].
+    axis : (k,) int
+        The component.
+    stiffness : float
+        Of each spring [N/mm^2: N/mm per mm of thickness].
+    displacement : (k,) float
+        That each place has come already [mm].
+    target : (k,) float
+        Where it is to be, per load factor [mm].
+
+    Returns
+    -------
+    Springs
+    """
+    shape = basis.basis_values(grid.nodes, grid.elements, element, position)
+    columns = 2 * grid.elements[element] + axis[:, None]
+    rows = np.broadcast_to(np.arange(len(element))[:, None], columns.shape)
+    n = 2 * len(grid.nodes)
+    to_place = csr_array((shape.ravel(), (rows.ravel(), columns.ravel())), shape=(len(element), n))
+    back = csr_array(stiffness * to_place.T)
+    return Springs(
+        csr_array(back @ to_place),
+        (back @ displacement).reshape(-1, 2),
+        (back @ target).reshape(-1, 2),
+    )
+
+
+def ghost(grid: Grid, fill: Floats, least: float, weight: float) -> Springs | None:
+    """Tie the gradients of neighbouring triangles together where one holds little material.
+
+    Parameters
+    ----------
+    grid : Grid
+        Of three-node triangles.
+    fill : (m,) float
+        Part of each triangle that holds material.
+    least : float
+        Below which a triangle holds little.
+    weight : float
+        Energy per squared jump of the gradient and squared side: gamma E [MPa].
+
+    Returns
+    -------
+    Springs or None
+        With the energy gamma E h^2 [grad du . n]^2 / 2 of each side of length h between two
+        triangles that both hold material (Burman 2010); None where there is no such side. Sides on
+        crack faces have a triangle on one side only.
+    """
+    element, side = np.nonzero(grid.twins >= 0)
+    other = grid.twins[element, side] // 3
+    wanted = (element < other) & (np.minimum(fill[element], fill[other]) > 0.0)
+    wanted &= np.minimum(fill[element], fill[other]) < least
+    element, side, other = element[wanted], side[wanted], other[wanted]
+    if element.size == 0:
+        return None
+    along = (
+        grid.nodes[grid.triangles[element, (side + 1) % 3]]
+        - grid.nodes[grid.triangles[element, side]]
+    )
+    h = np.hypot(*along.T)
+    normal = np.column_stack([along[:, 1], -along[:, 0]]) / h[:, None]
+    middle = grid.nodes[grid.triangles[element, side]] + 0.5 * along
+    jump = np.hstack(
+        [
+            sign
+            * np.einsum(
+                "fkj,fj->fk",
+                basis.basis_gradients(grid.nodes, grid.elements, found, middle),
+                normal,
+            )
+            for sign, found in ((1.0, element), (-1.0, other))
+        ]
+    )
+    nodes = np.hstack([grid.triangles[element], grid.triangles[other]])
+    blocks = weight * h[:, None, None] ** 2 * jump[:, :, None] * jump[:, None, :]
+    n = 2 * len(grid.nodes)
+    stiffness = csr_array((n, n))
+    for axis in (0, 1):
+        dofs = 2 * nodes + axis
+        rows = np.broadcast_to(dofs[:, :, None], blocks.shape).ravel()
+        columns = np.broadcast_to(dofs[:, None, :], blocks.shape).ravel()
+        stiffness = stiffness + csr_array(
+            coo_array((blocks.ravel(), (rows, columns)), shape=(n, n))
+        )
+    nothing = np.zeros_like(grid.nodes)
+    return Springs(csr_array(stiffness), nothing, nothing)

@@ -1,0 +1,63 @@
+"""Patches of triangles that share one mean change of volume, for nearly incompressible bodies.
+
+T3 with one point a triangle has as many constraints as degrees of freedom and locks; pairs of
+triangles have half as many (de Souza Neto, Pires and Owen 2005). T6 averages over the points of
+each triangle, which is the stable P2-P0 element (Boffi, Brezzi and Fortin 2013, section 8.4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cfmpm.body.grid import Grid, Ints
+from cfmpm.body.points import MaterialPoints
+from cfmpm.kernels import patches as kernels
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Patches of the triangles of a grid, each triangle in one.
+
+    Attributes
+    ----------
+    of_triangle : (m,) int
+        Patch of each triangle; that of a point is the patch of its triangle.
+    nodes : (n_patches, w) int
+        Nodes of each patch, the last one repeated where there are fewer than w: the elements of
+        the pattern of the stiffness.
+    """
+
+    of_triangle: Ints
+    nodes: Ints
+
+
+def build_patches(grid: Grid) -> Patches:
+    """Join triangles in pairs (T3), or leave each alone (T6).
+
+    Parameters
+    ----------
+    grid : Grid
+
+    Returns
+    -------
+    Patches
+        Never across a crack or the border of a region.
+    """
+    if grid.elements.shape[1] == 6:
+        return Patches(np.arange(len(grid.elements)), grid.elements)
+    of_triangle = kernels.pair_triangles(
+        grid.nodes, np.ascontiguousarray(grid.triangles), grid.twins, grid.regions
+    )
+    n_nodes = len(grid.nodes)
+    patch, node = np.divmod(np.unique(of_triangle[:, None] * n_nodes + grid.elements), n_nodes)
+    start = np.searchsorted(patch, np.arange(of_triangle.max() + 2))
+    count = np.diff(start)
+    column = np.minimum(np.arange(count.max()), count[:, None] - 1)
+    return Patches(of_triangle, node[start[:-1, None] + column])
+
+
+def patch_of(patches: Patches | None, points: MaterialPoints) -> Ints:
+    """Return the patch of each point, (p,); empty where there are none."""
+    return np.empty(0, np.int64) if patches is None else patches.of_triangle[points.element]

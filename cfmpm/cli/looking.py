@@ -1,0 +1,177 @@
+"""The commands that look: check, plot, export, schema."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cfmpm.cli.app import (
+    FAILED,
+    Output,
+    Overrides,
+    SceneFile,
+    announce_size,
+    app,
+    fail,
+    problems_placed,
+    read_overrides,
+)
+from cfmpm.cli.running import (
+    log_phase,
+)
+from cfmpm.errors import SceneError
+
+if TYPE_CHECKING:
+    from cfmpm.output.record import Record
+    from cfmpm.state import State
+
+    Announce = Callable[[str], None]
+    Observe = Callable[[State, Record], None]
+
+
+class Format(StrEnum):
+    """What results can be written as."""
+
+    vtu = "vtu"
+
+
+class Kind(StrEnum):
+    """What files describe."""
+
+    scene = "scene"
+    study = "study"
+
+
+@app.command(short_help="Mesh, load and draw a scene without solving it.")
+def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) -> None:
+    """Mesh a scene, apply its loads, say what a run would do, and draw it; solve nothing.
+
+    Example: cfmpm check configs/examples/general.yaml --output /tmp/look
+    """
+    from cfmpm import build
+    from cfmpm.linear import solvers
+    from cfmpm.output import choices, summary
+    from cfmpm.plotting.files import save_scene
+    from cfmpm.scene import load_scene
+
+    overrides = read_overrides(set_)
+    scene = load_scene(scene_file, overrides)
+    announce_size(scene)
+    with problems_placed(scene, scene_file, overrides):
+        start = build.build(scene)
+    solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
+    finite = start.scene.kinematics == "finite"
+    left_out = choices.left_out(start.scene, bool(start.grid.tips), finite=finite)
+    radii = [max(domain.radii) for domain in start.tip_domains]
+    folder = output or Path("results") / scene.name
+    path = save_scene(folder, start.scene, start.grid, start.loading, radii)
+    typer.echo(summary.of_check(start, solver, left_out, path))
+
+
+@app.command(short_help="Draw a result.")
+def plot(
+    result: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="folder of a run, or its history.nc")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="folder to write to; default: that of the result"),
+    ] = None,
+) -> None:
+    """Draw a result: scene.png, deformed.png, and for each tip mesh_<tip>.png, cf_<tip>.png.
+
+    With several domain radii also radii_<tip>.png; with steps at several loads
+    force_<part>_<axis>.png, and steps_<tip>.png or, of growth, load.png. Of growth besides
+    paths.png, cf.png, factors.png, angles.png, energy.png; of fatigue cycles.png; and, with
+    output.every, growth.gif.
+
+    Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
+    cracks grew, deformed.png and cf_<tip>.png are then left out.
+
+    Example: cfmpm plot results/single_edge_crack
+    """
+    from cfmpm import build, simulation
+    from cfmpm.accessor import History, open_history
+    from cfmpm.output.fields import build_fields
+    from cfmpm.output.reading import read_result
+    from cfmpm.output.run_folder import FIELDS, HISTORY, INDEX
+    from cfmpm.plotting import animate_growth, files
+
+    source = result / HISTORY if result.is_dir() else result
+    history = open_history(source)
+    scene = History(history).scene
+    folder = output or source.parent
+    fields_file = source.parent / FIELDS
+    fields = read_result(fields_file, "face_nodes") if fields_file.exists() else None
+    if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
+        typer.echo(f"{fields_file} belongs to another run: not used", err=True)
+        fields = None
+    if fields is None and scene.growth is None:
+        typer.echo(f"no fields of this run: solving {scene.name} again", err=True)
+        solved = simulation.run(scene, log_phase)
+        fields, state = build_fields(solved), solved.body
+    else:
+        state = build.build(scene)
+
+    radii = [max(domain.radii) for domain in state.tip_domains]
+    written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
+    written += files.save_tip_points(folder, state) + files.save_radii(folder, history)
+    written += files.save_steps(folder, history)
+    if scene.growth is not None:
+        written += files.save_growth(folder, history, state.scene, state.grid)
+        if (source.parent / INDEX).exists():
+            try:
+                written.append(animate_growth(source.parent, folder / "growth.gif"))
+            except SceneError as error:  # the other pictures are none the worse
+                typer.echo(f"no film: {error}", err=True)
+    if fields is None:
+        typer.echo("no fields of the end of this run: output.fields: true keeps them", err=True)
+    else:
+        written.append(files.save_deformed(folder, fields))
+        written += files.save_tip_forces(folder, fields, history)
+    for path in written:
+        typer.echo(path)
+
+
+@app.command(short_help="Write a result for ParaView.")
+def export(
+    result: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")],
+    format_: Annotated[
+        Format, typer.Option("--format", help="vtu: VTU files, and PVD files over the steps")
+    ] = Format.vtu,
+    output: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="folder to write to; default: vtu in that of the result"),
+    ] = None,
+) -> None:
+    """Write grid, material points and cracks of a run with fields for ParaView.
+
+    Example: cfmpm export results/plate_with_holes
+    """
+    from cfmpm.output.vtu import export_vtu
+
+    try:
+        written = export_vtu(result, output or result / format_.value)
+    except ImportError:
+        fail("cfmpm: export needs pyvista: pip install 'cfmpm[export]'", FAILED)
+    for path in written:
+        typer.echo(path)
+
+
+@app.command()
+def schema(
+    kind: Annotated[Kind, typer.Argument(help="which files are described")] = Kind.scene,
+) -> None:
+    """Print the JSON schema of scene or study files, for editors.
+
+    Example: cfmpm schema > schema.json
+    """
+    from cfmpm.scene.model import Scene
+    from cfmpm.scene.schema import schema_text
+    from cfmpm.study.model import Study
+
+    typer.echo(schema_text(Scene if kind is Kind.scene else Study), nl=False)

@@ -1,0 +1,228 @@
+"""The commands that solve: run and resume."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cfmpm.cli.app import (
+    Output,
+    Overrides,
+    Overwrite,
+    Quiet,
+    SceneFile,
+    Verbose,
+    announce_size,
+    app,
+    log,
+    log_shown,
+    problems_placed,
+    read_overrides,
+)
+from cfmpm.errors import Problem, SceneError, SolveError
+from cfmpm.interruption import terminated_as_interrupted
+
+if TYPE_CHECKING:
+    from cfmpm.output.checkpoint import Start
+    from cfmpm.output.record import Record
+    from cfmpm.scene import Scene
+    from cfmpm.state import State
+
+    Announce = Callable[[str], None]
+    Observe = Callable[[State, Record], None]
+
+
+@app.command(short_help="Solve a scene.")
+def run(
+    scene_file: SceneFile,
+    set_: Overrides = None,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Solve a scene; write history.nc, and fields if the scene asks for output.
+
+    While cracks grow, the history so far and a checkpoint are written after the first step, from
+    then on as often as that takes little of the time, and when the run breaks off; `cfmpm resume`
+    goes on from there.
+
+    As soon as it has its first step, a new run takes the place of one that has ended in the same
+    folder, with all that was drawn and exported there by default. It does not take the place of one
+    that could still go on.
+
+    Example: cfmpm run configs/paper/single_edge_crack.yaml --set mesh.size=10
+    """
+    from cfmpm.output.run_folder import held, starting
+    from cfmpm.scene import load_scene
+
+    overrides = read_overrides(set_)
+    scene = load_scene(scene_file, overrides)
+    folder = output or Path("results") / scene.name
+    with (
+        held(folder),
+        starting(folder, overwrite=overwrite),
+        problems_placed(scene, scene_file, overrides),
+    ):
+        if not quiet:
+            announce_size(scene)
+        _solve(scene, folder, None, quiet=quiet, verbose=verbose)
+
+
+@app.command(short_help="Go on with a run that was broken off.")
+def resume(
+    result: Annotated[Path, typer.Argument(metavar="DIR", help="folder of the run")],
+    scene_file: Annotated[
+        Path | None,
+        typer.Argument(metavar="[SCENE.yaml]", help="the scene, to make sure that it is the same"),
+    ] = None,
+    set_: Overrides = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Go on with a run that was broken off: the end is that of a run in one go, bit by bit.
+
+    Example: cfmpm resume results/plate_with_holes
+    """
+    from cfmpm.accessor import open_history
+    from cfmpm.output.checkpoint import read_checkpoint
+    from cfmpm.output.run_folder import CHECKPOINT, HISTORY, UNFINISHED, held, was_killed_at_start
+
+    overrides = read_overrides(set_)
+    if not result.is_dir():
+        raise SceneError([Problem("no such result; cfmpm run makes one", file=str(result))])
+    with held(result):
+        checkpoint = result / CHECKPOINT
+        start = read_checkpoint(checkpoint) if checkpoint.exists() else None
+        if start is not None:
+            _require_same_scene(result, start.record.scene, scene_file, overrides)
+            _solve(start.record.scene, result, start, quiet=quiet, verbose=verbose)
+            return
+        if was_killed_at_start(result):
+            reason = "the last run was killed before its first step: run the scene again"
+            raise SceneError([Problem(reason, file=str(result))])
+        history = open_history(result / HISTORY)
+        if scene_file is not None or overrides:
+            _require_same_scene(result, history.cfmpm.scene, scene_file, overrides)
+        ending = str(history.attrs["ending"])
+        if ending.startswith(UNFINISHED):
+            reason = "is not there: nothing to go on from; run the scene again"
+            raise SceneError([Problem(reason, file=str(checkpoint))])
+        typer.echo(f"{result}: nothing to do, the run has ended; {ending}")
+
+
+def _require_same_scene(
+    folder: Path, scene: Scene, scene_file: Path | None, overrides: dict[str, Any]
+) -> None:
+    """Refuse to go on with another scene than that of the run, which a run would have to begin."""
+    from cfmpm.scene import changed_keys, effective_config, load_scene, scene_from_dict
+
+    if scene_file is not None:
+        other = load_scene(scene_file, overrides)
+    elif overrides:
+        other = scene_from_dict(effective_config(scene), f"scene of {folder}", overrides)
+    else:
+        return
+    changed = changed_keys(scene, other)
+    if changed:
+        reason = f"differs from the scene of {folder} in {', '.join(changed)}: run it instead"
+        raise SceneError([Problem(reason, file=str(scene_file or "--set"))])
+
+
+def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verbose: bool) -> None:
+    """Solve a scene from its beginning or a later start, and write and say what was found."""
+    from cfmpm import simulation, state
+    from cfmpm.output import summary, warnings
+    from cfmpm.output.run_folder import HISTORY
+    from cfmpm.output.run_writer import Keeper
+
+    keeper = Keeper(folder, start)
+    with (
+        log_shown(verbose and not quiet),
+        _progress(scene, visible=not (quiet or verbose)) as (announce, advance),
+        terminated_as_interrupted(),
+    ):
+
+        def observe(state: State, record: Record) -> None:
+            keeper.observe(state, record)
+            advance(state, record)
+
+        try:
+            result = simulation.run(scene, announce, observe, start)
+            written = keeper.finish(result)
+        except (Exception, KeyboardInterrupt) as error:
+            keeper.write(str(error) or "interrupted")
+            if keeper.steps:
+                typer.echo(
+                    f"{folder / HISTORY} holds {keeper.steps} steps; cfmpm resume {folder} goes on "
+                    "from there",
+                    err=True,
+                )
+            elif start is None:
+                typer.echo(f"no step was found; {folder} is as it was before this run", err=True)
+            raise
+    if not quiet:
+        typer.echo(summary.of_run(result, written))
+    ending = str(result.history.attrs["ending"])
+    if ending.startswith(state.UNSOLVABLE):
+        raise SolveError(f"{ending}. What was found before is in {folder / HISTORY}")
+    if ending.startswith(state.UNSTABLE):
+        raise SolveError(
+            f"{ending}. The last stable state is in {folder / HISTORY}. "
+            + " ".join(warnings.ways_on(scene, result.balance))
+        )
+
+
+@contextmanager
+def _progress(scene: Scene, *, visible: bool) -> Iterator[tuple[Announce, Observe]]:
+    """Functions that show each phase as it begins and each state as it is found.
+
+    On a terminal as a bar, which for growth counts increments and has no end; else in the log.
+    """
+    if not (visible and sys.stderr.isatty()):
+        yield log_phase, _log_step
+        return
+    from tqdm import tqdm
+
+    from cfmpm.state import PHASES
+
+    growing = scene.growth is not None
+    form = "{desc:12} {bar:30} {elapsed}" if not growing else "{desc:12} {elapsed}  {postfix}"
+    total = None if growing else len(PHASES)
+    with tqdm(total=total, leave=False, bar_format=form) as bar:
+
+        def announce(phase: str) -> None:
+            bar.set_description_str(phase, refresh=False)
+            if not growing:
+                bar.n = PHASES.index(phase)
+            bar.refresh()
+
+        def advance(state: State, record: Record) -> None:
+            bar.set_postfix_str(_step_text(record))
+
+        yield announce, advance
+
+
+def log_phase(phase: str) -> None:
+    log.info("phase: %s", phase)
+
+
+def _log_step(state: State, record: Record) -> None:
+    log.info(_step_text(record))
+
+
+def _step_text(record: Record) -> str:
+    """The last step in a few words."""
+    step = record.steps[-1]
+    lengths = " and ".join(
+        f"{length:.5g}" for length in dict.fromkeys(step.values["crack_length"].tolist())
+    )
+    return (
+        f"increment {len(record.steps) - 1}, crack length {lengths} mm, "
+        f"load factor {step.load_factor:.4g}"
+    )

@@ -1,0 +1,1 @@
+"""Equilibrium of a body: small strain, finite deformation, contact."""

@@ -1,0 +1,119 @@
+"""The state of balance, and the pattern and round-off of its stiffness."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.body.loads import Loading
+from cfmpm.body.volume_patches import Patches
+from cfmpm.kernels import assembly
+
+RESIDUAL_AT_FLOOR = 1e-3
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """The state of balance of a load step.
+
+    Attributes
+    ----------
+    displacement : (n, 2) float
+        [mm].
+    internal_force : (n, 2) float
+        [N/mm].
+    contact_force : (n, 2) float
+        That crack faces exert on each other [N/mm].
+    contact_pairs : int
+        Number of pairs of nodes on crack faces that are closed.
+    residual_norm : float
+        Largest unbalanced force over the largest nodal force, before or after the solve.
+    residual_floor : float
+        What round-off explains of it; 0 where the residual is too small to ask.
+    solver : str
+    n_unknowns : int
+    negative_pivots : float
+        nan where the solver counts none.
+    iterations : int
+        Of an iterative linear solver; 0 for a direct one.
+    load_factor : float
+        At which all this holds.
+    finite : bool
+        Whether by finite deformation; else results grow in proportion to the load.
+    finite_effect : float
+        Part of the energy that finite deformation would change, where it was left out: at
+        `load_factor`, of first order in the load; nan where nobody asked.
+    external_work : float
+        That finite deformation has taken so far [N]; nan where results grow with the load.
+    history : (p, h) float
+        Of the quadrature points of plastic materials at finite deformation; else h = 0.
+    newton_iterations, substeps : int
+        At finite deformation, so far.
+    residuals : tuple of float
+        Of each iteration of the last step, relative as `residual_norm`.
+    unstable_points : float
+        Points that have lost ellipticity; nan at small strain.
+    unstable_from : float
+        Load factor at which the first one had; nan where none has.
+    stopped : str
+        Why finite deformation went no further; empty where it did.
+    """
+
+    displacement: Floats
+    internal_force: Floats
+    contact_force: Floats
+    contact_pairs: int
+    residual_norm: float
+    residual_floor: float
+    solver: str
+    n_unknowns: int
+    negative_pivots: float
+    iterations: int
+    load_factor: float = 1.0
+    finite: bool = False
+    finite_effect: float = math.nan
+    external_work: float = math.nan
+    history: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    newton_iterations: int = 0
+    substeps: int = 0
+    residuals: tuple[float, ...] = ()
+    unstable_points: float = math.nan
+    unstable_from: float = math.nan
+    stopped: str = ""
+
+    def scale(self, load_factor: float) -> float:
+        """Return what its stresses are to be multiplied with to be those of a load factor."""
+        return 1.0 if self.finite else load_factor / self.load_factor
+
+
+def sparsity(grid: Grid, loading: Loading, patches: Patches | None = None) -> tuple[Ints, Ints]:
+    """Return row pointers and columns of the stiffness of the free degrees of freedom."""
+    coupled = grid.elements if patches is None else patches.nodes
+    indptr, indices = assembly.sparsity(coupled, loading.free)
+    if len(indices) < np.iinfo(np.int32).max:
+        indptr = indptr.astype(np.int32)
+    return indptr, indices
+
+
+def round_off(stiffness: csr_array, displacement: Floats, scale: float) -> float:
+    """Return the unbalanced force that round-off explains, relative to a nodal force.
+
+    Parameters
+    ----------
+    stiffness : (n, n) csr_array
+    displacement : (n,) float
+        Of the free degrees of freedom [mm].
+    scale : float
+        The nodal force [N/mm].
+
+    Returns
+    -------
+    float
+        eps |K| |u|, times as many terms as a row has to add up their round-off.
+    """
+    bound = abs(stiffness) @ np.abs(displacement)
+    return float(32.0 * np.finfo(float).eps * bound.max(initial=0.0) / scale)

@@ -1,0 +1,332 @@
+"""Unilateral contact of crack faces without friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array, hstack
+
+from cfmpm.body.crack_faces import FacePairs, Turning, face_pairs, turning_of
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.errors import SolveError
+from cfmpm.kernels.dense import cholesky_solve
+from cfmpm.linear.engines import NotPositiveDefiniteError
+from cfmpm.linear.solvers import Factor, Solution
+
+# Overlap, relative to the largest displacement, below which faces only touch.
+TOUCH = 1e-10
+# Rounds in which all wrong pairs change places without there being fewer of them, before they
+# change one at a time; and rounds altogether.
+PATIENCE = 5
+ROUNDS = 200
+
+
+class Solver(Protocol):
+    """What a stiffness can be solved by."""
+
+    def solve(self, b: Floats, /) -> Solution:
+        """Solve for the free components."""
+        ...
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What the faces of cracks do to each other.
+
+    Attributes
+    ----------
+    displacement : (n, 2) float
+        Of the nodes, with the faces kept apart [mm].
+    force : (n, 2) float
+        That the faces exert on each other, at their nodes [N/mm].
+    pressed : (k,) float
+        Of each pair of nodes along its normal [N/mm].
+    """
+
+    displacement: Floats
+    force: Floats
+    pressed: Floats
+
+    @property
+    def pairs(self) -> int:
+        """Number of pairs of nodes that are closed."""
+        return int(np.count_nonzero(self.pressed))
+
+
+@dataclass(frozen=True)
+class Faces:
+    """The faces of all cracks in a shape of the body.
+
+    Attributes
+    ----------
+    pairs : FacePairs
+        But for those whose opening the supports prescribe.
+    shape : (n, 2) float
+        Displacement of the nodes [mm].
+    opening : (k,) float
+        In that shape [mm].
+    push : (2 n, k) csc_array
+        Derivative of the openings by the displacement: what unit forces of the pairs do to the
+        nodes. As the normals turn with the edges, it has no moment even where faces have slid.
+    turnings : tuple of (slice, Turning)
+        The pairs of each crack, and how it turns; none at small strain.
+    """
+
+    pairs: FacePairs
+    shape: Floats
+    opening: Floats
+    push: csc_array
+    turnings: tuple[tuple[slice, Turning], ...] = ()
+
+    def force(self, pressed: Floats) -> Floats:
+        """Forces on the nodes by those of the pairs [N/mm], (n, 2)."""
+        force: Floats = (self.push @ pressed).reshape(-1, 2)
+        return force
+
+
+def faces_at_rest(grid: Grid, prescribed: NDArray[np.bool_]) -> Faces:
+    """Return the faces of cracks as they are at small strain.
+
+    Parameters
+    ----------
+    grid : Grid
+    prescribed : (n, 2) bool
+        Components of displacement that are prescribed.
+    """
+    cracks = [face_pairs(grid, crack) for crack in grid.crack_faces]
+    pairs = _joined([_kept(pairs, _movable(pairs, prescribed)) for pairs in cracks])
+    nothing = np.zeros((len(grid.nodes), 2))
+    return Faces(pairs, nothing, np.zeros(len(pairs.left)), _nodal_forces(pairs, len(nothing)))
+
+
+def turned_faces(grid: Grid, prescribed: NDArray[np.bool_], shape: Floats) -> Faces:
+    """Return the faces of cracks in a shape of the body, with which their normals turn.
+
+    Parameters
+    ----------
+    grid : Grid
+    prescribed : (n, 2) bool
+    shape : (n, 2) float
+        Displacement of the nodes [mm].
+    """
+    turnings, cracks, columns, begin = [], [], [], 0
+    for crack in grid.crack_faces:
+        turning = turning_of(grid, crack, shape)
+        movable = _movable(face_pairs(grid, crack), prescribed)
+        pairs = _kept(face_pairs(grid, crack, turning), movable)
+        jump = shape[pairs.left] - shape[pairs.right]
+        # The opening also changes as its normal turns, where the faces have slid.
+        slid = np.einsum("ki,ki->k", jump, _turned_by_quarter(pairs.normal))
+        columns.append(_nodal_forces(pairs, len(shape)) + _outer(turning, slid, len(shape)))
+        turnings.append((slice(begin, begin + len(slid)), turning))
+        cracks.append(pairs)
+        begin += len(slid)
+    pairs = _joined(cracks)
+    push = csc_array(hstack(columns, format="csc"))
+    return Faces(pairs, shape, pairs.opening(shape), push, tuple(turnings))
+
+
+def close_faces(
+    faces: Faces, prescribed: NDArray[np.bool_], displacement: Floats, factor: Solver
+) -> Contact:
+    """Press apart the crack faces that overlap in a linear solution.
+
+    Each pair of coincident nodes has an opening g >= 0 and a force p >= 0 along its normal, one of
+    which is zero (Signorini 1959). With C the openings per displacement, g = g0 + C K^-1 C^T p: a
+    linear complementarity problem with as many unknowns as there are pairs, symmetric positive
+    definite. At small strain its solution grows in proportion to the load.
+
+    Parameters
+    ----------
+    faces : Faces
+        In a shape near by.
+    prescribed : (n, 2) bool
+        Components of displacement that are prescribed.
+    displacement : (n, 2) float
+        In balance without contact [mm].
+    factor : Solver
+        Of the stiffness of the free components.
+
+    Returns
+    -------
+    Contact
+        With `displacement` as it came where nothing overlaps.
+
+    Raises
+    ------
+    SolveError
+        Where no set of closed pairs is found.
+
+    Notes
+    -----
+    A uniform pressure p on an edge of length l makes nodal forces p l (1/2, 1/2) in T3 and
+    p l (1, 4, 1) / 6 in T6, all of them compressive: their sign tells closed from open. A nodal
+    force divided by the length in these rules is a pressure in the mean only. Where pressure
+    changes within an edge of T6, a corner may open under it by as much as the grid can tell.
+    """
+    gap = faces.opening + faces.push.T @ (displacement - faces.shape).ravel()
+    slack = TOUCH * np.abs(displacement).max(initial=0.0)
+    if not (gap < -slack).any():
+        return Contact(displacement, np.zeros_like(displacement), np.zeros(len(gap)))
+    free_push = faces.push[np.flatnonzero(~prescribed.ravel())]
+    pressed = _complementary_force(gap, slack, free_push, factor)
+    closed = displacement.copy()
+    closed[~prescribed] += factor.solve(free_push @ pressed).x
+    return Contact(closed, faces.force(pressed), pressed)
+
+
+class TurningStiffness:
+    """A factored stiffness, with what pressed faces add to it as they turn.
+
+    Newton's method for the energy less the work of the forces p on the openings g has the
+    stiffness K - sum p d2g/du2. As the openings of a crack turn by one angle a, that is
+    K + a' w^T + w a'^T, two columns a crack, where w holds the forces turned by a quarter, how far
+    they have slid, and how the faces stretch. It is solved from the factor of K alone, by the
+    identity of Sherman, Morrison and Woodbury.
+
+    Parameters
+    ----------
+    factor : Factor
+        Of the stiffness K of the free components.
+    faces : Faces
+        In the shape in which K was assembled.
+    prescribed : (n, 2) bool
+    pressed : (k,) float
+        Forces of the pairs, not all of them zero [N/mm].
+
+    Raises
+    ------
+    NotPositiveDefiniteError
+        Where pressed faces slide away.
+    """
+
+    def __init__(
+        self, factor: Factor, faces: Faces, prescribed: NDArray[np.bool_], pressed: Floats
+    ) -> None:
+        self._factor = factor
+        columns = []
+        for part, turning in faces.turnings:
+            if not pressed[part].any():
+                continue
+            angle, pushed = np.zeros_like(faces.shape), np.zeros_like(faces.shape)
+            angle[turning.nodes] = turning.angle_slope
+            left, right = faces.pairs.left[part], faces.pairs.right[part]
+            forces = pressed[part, None] * _turned_by_quarter(faces.pairs.normal[part])
+            np.add.at(pushed, left, forces)
+            np.add.at(pushed, right, -forces)
+            slid = np.sum(forces * (faces.shape[left] - faces.shape[right]))
+            other = 0.5 * (pressed[part] @ faces.opening[part]) * angle - pushed
+            other[turning.nodes] += slid * turning.stretch_slope
+            columns += [angle[~prescribed], other[~prescribed]]
+        self._columns = np.array(columns)
+        self._solved = np.array([factor.solve(column).x for column in columns])
+        # [0 1; 1 0] for each crack is its own inverse.
+        self._small = np.kron(np.eye(len(columns) // 2), [[0.0, 1.0], [1.0, 0.0]])
+        self._small += np.einsum("ik,jk->ij", self._columns, self._solved)
+        # By Haynsworth's inertia, where K is positive definite the sum is so too if this has as
+        # many positive eigenvalues as negative ones.
+        if np.count_nonzero(np.linalg.eigvalsh(self._small) > 0.0) != len(columns) // 2:
+            raise NotPositiveDefiniteError("pressed crack faces slide away as they turn")
+
+    def solve(self, b: Floats) -> Solution:
+        """Solve for the free components, as `Factor.solve` does."""
+        plain = self._factor.solve(b)
+        part = np.linalg.solve(self._small, np.einsum("ik,k->i", self._columns, plain.x))
+        return replace(plain, x=plain.x - np.einsum("ik,i->k", self._solved, part))
+
+
+def _turned_by_quarter(vectors: Floats) -> Floats:
+    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
+
+
+def _movable(pairs: FacePairs, prescribed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell which pairs at rest have an opening that the supports do not prescribe."""
+    held = prescribed[pairs.left] & prescribed[pairs.right]
+    return np.asarray((np.abs(pairs.normal * ~held) > 1e-9).any(axis=1))
+
+
+def _kept(pairs: FacePairs, which: NDArray[np.bool_]) -> FacePairs:
+    return FacePairs(pairs.left[which], pairs.right[which], pairs.normal[which])
+
+
+def _joined(cracks: list[FacePairs]) -> FacePairs:
+    return FacePairs(
+        *(
+            np.concatenate([getattr(pairs, name) for pairs in cracks])
+            for name in ("left", "right", "normal")
+        )
+    )
+
+
+def _nodal_forces(pairs: FacePairs, n_nodes: int) -> csc_array:
+    """Forces on all components of displacement by a unit force in each pair, (2 n, k)."""
+    rows = [2 * nodes + axis for nodes in (pairs.left, pairs.right) for axis in (0, 1)]
+    values = np.concatenate([pairs.normal.T, -pairs.normal.T])
+    columns = np.broadcast_to(np.arange(len(pairs.left)), values.shape)
+    return csc_array(
+        (values.ravel(), (np.concatenate(rows), columns.ravel())),
+        shape=(2 * n_nodes, len(pairs.left)),
+    )
+
+
+def _outer(turning: Turning, slid: Floats, n_nodes: int) -> csc_array:
+    """Derivative of the openings as the normals turn, (2 n, k)."""
+    rows = (2 * turning.nodes[:, None] + np.arange(2)).ravel()
+    angle = turning.angle_slope.ravel()
+    columns = np.repeat(np.arange(len(slid)), len(rows))
+    return csc_array(
+        (np.outer(slid, angle).ravel(), (np.tile(rows, len(slid)), columns)),
+        shape=(2 * n_nodes, len(slid)),
+    )
+
+
+def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Solver) -> Floats:
+    """Find the forces of the pairs by block pivoting (Judice and Pires 1994), (k,).
+
+    All pairs that pull or overlap change places at once, which is the primal-dual active set
+    method (Hintermueller, Ito and Kunisch 2002). Where that does not make them fewer, only the
+    last of them does, which cannot cycle (Murty 1974).
+    """
+    k = len(gap)
+    # Openings by a unit force in a pair, column by column, of the pairs closed so far.
+    flexibility = np.zeros((k, k))
+    known = np.zeros(k, bool)
+    closed = gap < -slack
+    fewest, patience = k + 1, PATIENCE
+    for _ in range(ROUNDS):
+        for j in np.flatnonzero(closed & ~known):
+            flexibility[:, j] = push.T @ factor.solve(push[:, [j]].toarray().ravel()).x
+        known |= closed
+        force = np.zeros(k)
+        force[closed] = _closing_force(flexibility, gap, np.flatnonzero(closed))
+        opening = gap + np.einsum("ij,j->i", flexibility, force)
+        wrong = np.where(closed, force < 0.0, opening < -slack)
+        count = int(wrong.sum())
+        if count == 0:
+            return force
+        if count < fewest:
+            fewest, patience = count, PATIENCE
+        elif patience:
+            patience -= 1
+        else:
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        closed ^= wrong
+    raise SolveError(
+        f"contact of crack faces: after {ROUNDS} rounds of closing what overlaps and opening what "
+        f"pulls, all at once and then one at a time, {count} of {k} pairs of nodes are still "
+        f"wrong, {fewest} at best; smaller elements along the crack, or grading: uniform, may help"
+    )
+
+
+def _closing_force(flexibility: Floats, gap: Floats, closed: Ints) -> Floats:
+    """Forces that close the given pairs, and leave the others free."""
+    force = cholesky_solve(flexibility[np.ix_(closed, closed)], -gap[closed])
+    if np.isnan(force).any():
+        raise SolveError(
+            f"contact of crack faces: {len(closed)} pairs of nodes cannot all be closed, as their "
+            "openings depend on each other; look for cracks that cross or meet at a flat angle"
+        )
+    return force

@@ -1,0 +1,137 @@
+"""Load steps at finite deformation: from one stable state to the next."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium.newton import (
+    March,
+    Problem,
+)
+from cfmpm.errors import SolveError
+from cfmpm.linear.engines import NotPositiveDefiniteError
+
+# Iterations up to which the next step may be longer, and by how much.
+FEW_ITERATIONS, LONGER = 6, 1.5
+# Halvings of the first step after which a limit counts as found.
+HALVINGS = 10
+
+
+def at_rest(problem: Problem) -> Equilibrium:
+    """Return the state of a body before it is loaded."""
+    nothing = np.zeros((len(problem.grid.nodes), 2))
+    return Equilibrium(
+        displacement=nothing,
+        internal_force=nothing,
+        contact_force=nothing,
+        contact_pairs=0,
+        residual_norm=0.0,
+        residual_floor=0.0,
+        solver="",
+        n_unknowns=0,
+        negative_pivots=0.0,
+        iterations=0,
+        load_factor=0.0,
+        finite=True,
+        external_work=0.0,
+        history=problem.laws.virgin_history(len(problem.points)),
+    )
+
+
+def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
+    """Change the load factor, in as many steps as it takes, through stable states only.
+
+    A state is accepted when its forces balance, its stiffness is positive definite, no point is
+    turned inside out and no stretch has jumped. Points that have lost ellipticity are counted.
+
+    Parameters
+    ----------
+    problem : Problem
+        Its points are updated in place.
+    last : Equilibrium
+        In balance at its load factor.
+    target : float
+        Load factor to be reached.
+
+    Returns
+    -------
+    Equilibrium
+        Where no stable state is found further on: the last one, with the reason in `stopped`.
+
+    Raises
+    ------
+    SolveError
+        Where the last one is where it began.
+    """
+    march = March(problem, last.history)
+    balance, state = last, march.state(last.displacement)
+    march.factor_at(state)
+    rate = march.rate(state)
+    length = march.first_step(rate, target - last.load_factor)
+    shortest = abs(length) * 0.5**HALVINGS
+    while balance.load_factor != target:
+        remaining = target - balance.load_factor
+        # No last step that is much shorter than the others.
+        goal = target if abs(remaining) < 1.2 * abs(length) else balance.load_factor + length
+        try:
+            start = state.displacement + (goal - balance.load_factor) * rate
+            found = march.balance(march.state(march.apart(start)), goal, state.internal_force)
+            march.check_jump(state, found.state)
+        except SolveError as failure:
+            length = 0.5 * (goal - balance.load_factor)
+            if abs(length) >= shortest:
+                # The stiffness factored last is that of a state that was not accepted.
+                march.factor_at(state)
+                continue
+            reason = (
+                f"no stable state was found between load factors {balance.load_factor:.6g} and "
+                f"{goal:.6g}: {_limit(failure) if balance.load_factor else failure}"
+            )
+            if balance is last:
+                raise SolveError(reason) from failure
+            return replace(balance, stopped=reason)
+        balance = march.accept(balance, state, found, goal)
+        state = found.state
+        if balance.load_factor != target:
+            rate = march.rate(state)
+        if len(found.residuals) - 1 <= FEW_ITERATIONS:
+            length *= LONGER
+    return balance
+
+
+def rebalance(problem: Problem, last: Equilibrium) -> Equilibrium:
+    """Find the balance of a body whose grid has just been changed, at the load it is at.
+
+    Parameters
+    ----------
+    problem : Problem
+        Its points are updated in place.
+    last : Equilibrium
+        With the displacement carried over to the grid as it is now.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    SolveError
+        Where there is no stable state near by.
+    """
+    march = March(problem, last.history)
+    before = march.state(last.displacement)
+    found = march.balance(before, last.load_factor, before.internal_force)
+    return march.accept(last, before, found, last.load_factor)
+
+
+def _limit(failure: SolveError) -> str:
+    """Say what ends the way of a body that has been stable so far: it is no mechanism."""
+    if not isinstance(failure, NotPositiveDefiniteError):
+        return str(failure)
+    return (
+        f"the stiffness is no longer positive definite ({failure.seen}): a limit point, buckling, "
+        "or a material past its strength"
+    )

@@ -1,0 +1,1 @@
+"""What a run leaves: history, fields, checkpoint, summary."""

@@ -1,0 +1,74 @@
+"""What is derived from a history: paths of the tips, resolved steps, the open balance of energy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from cfmpm.output.variables import TIP_STATUS
+
+if TYPE_CHECKING:
+    pass
+
+# How many elements a ligament needs that a crack is to pass through.
+LIGAMENT = 3.0
+
+
+def resolved_steps(tip: xr.Dataset) -> NDArray[np.bool_]:
+    """Steps in which the domains of a tip have room, (step,).
+
+    Not so within the last elements before an arrival, and where the tip passes close by something.
+
+    Parameters
+    ----------
+    tip : xarray.Dataset
+        History of one tip.
+    """
+    return before_arrival(tip) & (tip["clearance"].values >= LIGAMENT * tip["tip_size"].values)
+
+
+def before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
+    place = np.column_stack([tip["tip_x"], tip["tip_y"]])
+    rest = np.append(np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1], 0.0)
+    h = tip["tip_size"].values
+    arrived = TIP_STATUS[int(tip["tip_status"][-1])].startswith("arrived")
+    return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
+
+
+def parts_of_gap(history: xr.Dataset) -> tuple[float, float]:
+    """Compare energy_gap less what was lost in jumps with the energies that it is made of.
+
+    Returns
+    -------
+    float, float
+        The largest, as a part of the largest work; the last, as a part of all that g_c took. Where
+        a body is pressed its work is nearly all stored, and the first says little of the crack.
+    """
+    lost = np.diff(history["energy_gap"].values, prepend=0.0)
+    smooth = np.abs(np.where(history["jump"].values > 0.0, 0.0, lost).cumsum())
+    work, spent = (np.abs(history[name].values) for name in ("external_work", "fracture_energy"))
+    known = np.flatnonzero(np.isfinite(smooth) & (spent > 0.0))
+    if not known.size or not np.nanmax(work) > 0.0:
+        return 0.0, 0.0
+    last = known[-1]
+    return float(np.nanmax(smooth) / np.nanmax(work)), float(smooth[last] / spent[last])
+
+
+def tip_path(history: xr.Dataset, tip: str) -> NDArray[np.float64]:
+    """Return the places at which a tip has been, each once, (k, 2) [mm]."""
+    of_tip = history.sel(tip=tip)
+    places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
+    places = places[np.isfinite(places).all(axis=1)]  # a study fills shorter runs up with nan
+    moved = np.ones(len(places), bool)
+    moved[1:] = np.diff(places, axis=0).any(axis=1)
+    return places[moved]
+
+
+def new_length(history: xr.Dataset) -> NDArray[np.float64]:
+    """Return how far all tips together have run at each step, (step,) [mm]."""
+    places = history[["tip_x", "tip_y"]].transpose("step", "tip")
+    steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
+    return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])

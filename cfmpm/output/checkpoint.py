@@ -1,0 +1,274 @@
+"""A run on its way, in a file from which it goes on as if it had never been broken off."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, Self
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from cfmpm import build
+from cfmpm.body import body as bodies
+from cfmpm.body.body import Body, Grown
+from cfmpm.body.grid import Triangulation
+from cfmpm.body.particle_domains import ParticleDomains, Quadrature
+from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.errors import Problem, SceneError
+from cfmpm.fracture import growth
+from cfmpm.fracture.fatigue import Progress
+from cfmpm.fracture.growth import Decision
+from cfmpm.output.files import written_aside
+from cfmpm.output.history import StepRecord
+from cfmpm.output.record import Origin, Record
+from cfmpm.scene import Scene, effective_config, expand
+from cfmpm.updated import reset
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a run begins, or goes on.
+
+    Attributes
+    ----------
+    body : Body
+        To be solved next.
+    record : Record
+        The steps so far.
+    decision : growth.Decision or None
+        The one that made this body.
+    level : int
+        Number of the load step.
+    balance : Equilibrium or None
+        What finite deformation sets out from, on this grid.
+    """
+
+    body: Body
+    record: Record
+    decision: growth.Decision | None = None
+    level: int = 0
+    balance: Equilibrium | None = None
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """The beginning of a scene."""
+        body = build.build(scene)
+        record = Record(scene, body.scene, Origin.of(body))
+        return cls(reset.begin(body) if scene.formulation == "updated" else body, record)
+
+
+# Of the layout of the file.
+FORMAT = 4
+# Of `Motion`, what does not follow from the reference.
+MOTION = ("displacement", "triangle", "base", "smoothed")
+Arrays = dict[str, NDArray[Any]]
+
+
+def write_checkpoint(start: Start, path: Path) -> None:
+    """Write a body to be solved next and the steps before it, aside, and rename the file.
+
+    Parameters
+    ----------
+    start : Start
+        Its record may have more steps than are kept.
+    path : Path
+        An .npz file: arrays as they are, all else as JSON text; no pickle.
+    """
+    body, record, decision = start.body, start.record, start.decision
+    mesh = body.triangulation
+    texts = {
+        "format": FORMAT,
+        "config": effective_config(record.scene),
+        "region_names": mesh.region_names,
+        "edges": list(mesh.edges),
+        "cracks": list(mesh.cracks),
+        "points": mesh.points,
+        "grown": asdict(body.grown),
+        "origin": asdict(record.origin),
+        "notes": record.notes,
+        "warnings": list(record.warnings),
+        "seconds": [step.seconds for step in record.steps],
+        "decision": None if decision is None else asdict(decision),
+        "level": start.level,
+        "balance": _numbers(start.balance),
+        "resets": 0 if body.motion is None else body.motion.resets,
+    }
+    arrays = {
+        "texts": np.array(json.dumps(texts, default=lambda value: value.tolist())),
+        "mesh.nodes": mesh.nodes,
+        "mesh.triangles": mesh.triangles,
+        "mesh.regions": mesh.regions,
+        **{f"mesh.edges.{i}": pairs for i, pairs in enumerate(mesh.edges.values())},
+        **{f"mesh.cracks.{i}": pairs for i, pairs in enumerate(mesh.cracks.values())},
+        **_columns("points", body.points),
+        **_columns("domains", body.domains),
+        **_columns("quadrature", body.quadrature),
+        **_columns("balance", start.balance),
+        **_steps(record.steps),
+        **_motion(body),
+    }
+    with written_aside(path) as aside, aside.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def read_checkpoint(path: Path) -> Start:
+    """Read what `write_checkpoint` wrote.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Start
+
+    Raises
+    ------
+    SceneError
+        Where the file is none, or of another version.
+    """
+    try:
+        with np.load(path) as file:
+            arrays: Arrays = dict(file)
+        texts = json.loads(str(arrays["texts"]))
+    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
+        raise SceneError([Problem(f"is no checkpoint: {error}", file=str(path))]) from None
+    if texts["format"] != FORMAT:
+        reason = f"is of format {texts['format']}; this version reads {FORMAT}: run the scene again"
+        raise SceneError([Problem(reason, file=str(path))])
+    # Checked when it was read; a mesh file may be gone by now, since the grid is here.
+    try:
+        scene = Scene.model_validate(texts["config"])
+    except ValidationError:
+        raise SceneError([Problem("its configuration is damaged", file=str(path))]) from None
+    origin = texts["origin"]
+    origin["tips"] = {name: (crack, end) for name, (crack, end) in origin["tips"].items()}
+    record = Record(scene, expand(scene), Origin(**origin))
+    record.notes = texts["notes"]
+    record.warnings = dict.fromkeys(texts["warnings"])
+    record.steps = _read_steps(arrays, texts["seconds"])
+    decision = texts["decision"]
+    if decision is not None:
+        for key in ("running", "tangents"):
+            decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
+        if decision["progress"] is not None:
+            decision["progress"] = Progress(**decision["progress"])
+        decision = Decision(**decision)
+    return Start(
+        _read_body(arrays, texts, record),
+        record,
+        decision,
+        texts["level"],
+        _read_balance(arrays, texts["balance"]),
+    )
+
+
+def _columns(
+    prefix: str, table: MaterialPoints | ParticleDomains | Quadrature | Equilibrium | None
+) -> Arrays:
+    if table is None:
+        return {}
+    columns = {field.name: getattr(table, field.name) for field in fields(table)}
+    return {
+        f"{prefix}.{name}": column
+        for name, column in columns.items()
+        if isinstance(column, np.ndarray)
+    }
+
+
+def _numbers(balance: Equilibrium | None) -> dict[str, Any] | None:
+    """What of a balance is no array."""
+    if balance is None:
+        return None
+    values = {field.name: getattr(balance, field.name) for field in fields(balance)}
+    return {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
+
+
+def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium | None:
+    if numbers is None:
+        return None
+    columns = {
+        key.removeprefix("balance."): array
+        for key, array in arrays.items()
+        if key.startswith("balance.")
+    }
+    return Equilibrium(**{**numbers, "residuals": tuple(numbers["residuals"]), **columns})
+
+
+def _steps(steps: list[StepRecord]) -> Arrays:
+    """The steps, one array a quantity, with nan where a step has none."""
+    shapes = {name: np.shape(value) for step in steps for name, value in step.values.items()}
+    return {
+        "steps.load_factor": np.array([step.load_factor for step in steps]),
+        "steps.conjugates": np.array([step.conjugates for step in steps]).reshape(-1, 2),
+    } | {
+        f"values.{name}": np.array(
+            [step.values.get(name, np.full(shape, np.nan)) for step in steps], float
+        )
+        for name, shape in shapes.items()
+    }
+
+
+def _read_steps(arrays: Arrays, seconds: list[dict[str, float]]) -> list[StepRecord]:
+    values = {
+        key.removeprefix("values."): array
+        for key, array in arrays.items()
+        if key.startswith("values.")
+    }
+    return [
+        StepRecord(
+            float(arrays["steps.load_factor"][i]),
+            {name: array[i] for name, array in values.items()},
+            spent,
+            tuple(arrays["steps.conjugates"][i].tolist()),
+        )
+        for i, spent in enumerate(seconds)
+    ]
+
+
+def _motion(body: Body) -> Arrays:
+    """What of the motion of a body does not follow from its reference."""
+    if body.motion is None:
+        return {}
+    kept = {f"motion.{name}": getattr(body.motion, name) for name in MOTION}
+    return {"grid.nodes": body.grid.nodes, **kept}
+
+
+def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
+    mesh = Triangulation(
+        nodes=arrays["mesh.nodes"],
+        triangles=arrays["mesh.triangles"],
+        regions=arrays["mesh.regions"],
+        region_names=tuple(texts["region_names"]),
+        edges={name: arrays[f"mesh.edges.{i}"] for i, name in enumerate(texts["edges"])},
+        cracks={name: arrays[f"mesh.cracks.{i}"] for i, name in enumerate(texts["cracks"])},
+        points=texts["points"],
+    )
+    names = {place: name for name, place in record.origin.tips.items()}
+
+    def table(prefix: str, kind: Any) -> Any:
+        if f"{prefix}.{fields(kind)[0].name}" not in arrays:
+            return None
+        return kind(**{field.name: arrays[f"{prefix}.{field.name}"] for field in fields(kind)})
+
+    grid = bodies.named_grid(mesh, record.full, names)
+    points = table("points", MaterialPoints)
+    quadrature = table("quadrature", Quadrature)
+    if record.full.formulation == "updated":
+        body = reset.begin(bodies.compose(record.full, mesh, grid, seed(grid)))
+        kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
+        return reset.restore(body, arrays["grid.nodes"], points, quadrature, kept)
+    return bodies.compose(
+        record.full,
+        mesh,
+        grid,
+        points,
+        table("domains", ParticleDomains),
+        quadrature,
+        Grown(**texts["grown"]),
+    )

@@ -1,0 +1,121 @@
+"""What a run chose, and what it left out."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cfmpm.body.body import Body
+from cfmpm.body.materials import LOCKING
+from cfmpm.body.tip_domains import FILL
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.meshing import resolved_grading
+from cfmpm.scene.model import Scene
+
+
+def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]:
+    """List what a run of this scene does not do because the scene does not need it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    has_tips : bool
+        Whether any crack ends inside the body.
+    finite : bool
+        Whether deformation was finite.
+
+    Returns
+    -------
+    list of str
+    """
+    if finite:
+        items = [
+            "K_I, K_II, T: finite deformation has none; G is J",
+        ]
+        if scene.formulation == "total":
+            items.append("grid reset: all is in the reference configuration")
+    else:
+        items = ["Newton loop, finite deformation: the scene is linear (finite_effect)"]
+        if scene.growth is not None:
+            items.append("grid reset: at small strain the grid stays where it is")
+    if scene.growth is None:
+        reset = "" if scene.formulation == "updated" else ", grid reset"
+        items.append(f"crack growth{reset}: the cracks are stationary")
+    if not has_tips:
+        items.append("configurational force at tips: the scene has no crack tip")
+    elif scene.fracture.radii == 1 or (
+        isinstance(scene.fracture.radii, list) and len(scene.fracture.radii) == 1
+    ):
+        items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
+    if scene.material.g_c is None and not finite:
+        items.append("load at fracture: no material.g_c")
+        if scene.fatigue is not None:
+            items.append("end of fatigue by fracture: no material.g_c")
+    if not scene.output.fields and scene.output.every is None:
+        items.append("field output: not asked for (output.fields: true)")
+    return items
+
+
+def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
+    """Say what was chosen, as attributes of the history.
+
+    Parameters
+    ----------
+    body : Body
+    balance : Equilibrium
+
+    Returns
+    -------
+    dict of str to value
+    """
+    grading = resolved_grading(body.scene)
+    notes: dict[str, Any] = {
+        "formulation": _formulation(body.scene) + _kinematics(balance),
+        "element": body.scene.mesh.element,
+        "solver": balance.solver,
+        "linear_iterations": balance.iterations,
+        "rigid_motions_held": body.loading.held,
+    }
+    if body.patches is not None:
+        notes["near_incompressibility"] = (
+            f"nu above {LOCKING:g}, or j2: change of volume averaged over "
+            f"{len(body.patches.nodes)} patches, of two or three triangles each"
+        )
+    if balance.contact_pairs:
+        notes["contact"] = f"{balance.contact_pairs} pairs of crack face nodes closed at the end"
+    if grading is not None:
+        notes |= {"grid_tip_size": grading.tip_size, "grid_growth": grading.growth}
+    if body.tip_domains:
+        notes |= {
+            "domain_clearance": [domain.clearance for domain in body.tip_domains],
+            "domain_cut_back": [int(domain.cut_back) for domain in body.tip_domains],
+            "domain_note": (
+                f"a domain fills at most {FILL} of the clearance of its tip, so that it holds no "
+                "outline, hole, other crack or tip, support or other material, nor, around a tip "
+                "that does not run, a bend of its own crack"
+            ),
+        }
+    return notes
+
+
+def _formulation(scene: Scene) -> str:
+    """In which configuration."""
+    if scene.formulation == "total":
+        return "total Lagrangian, "
+    reset = {
+        "fixed": "a grid that goes back after every load step; no contact of crack faces",
+        "following": "a grid that follows boundary, crack faces and tips",
+    }[scene.updated.grid]
+    summed = {"points": "points as they are", "domains": "exact particle domains"}
+    return f"updated Lagrangian on {reset}; integration by {summed[scene.updated.integration]}; "
+
+
+def _kinematics(balance: Equilibrium) -> str:
+    """How the body deforms, and what that left out."""
+    if balance.finite:
+        return "finite deformation: Newton's method in load steps, through stable states only"
+    chosen = "small strain: one linear solve a step"
+    if math.isnan(balance.finite_effect):
+        return chosen
+    return f"{chosen}; by estimate finite deformation changes the energy as finite_effect says"

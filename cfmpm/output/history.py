@@ -1,0 +1,153 @@
+"""The history of a run as one labelled dataset."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
+from cfmpm.fracture.stability import STABILITY
+from cfmpm.output.provenance import provenance
+from cfmpm.output.variables import (
+    OF_FATIGUE,
+    SPREAD,
+    STEP,
+    TIP,
+    TIP_STATUS,
+    VARIABLES,
+)
+from cfmpm.scene.model import Scene
+
+
+@dataclass
+class StepRecord:
+    """What one step adds to the history; every key of `values` is one of `VARIABLES`.
+
+    Attributes
+    ----------
+    load_factor : float
+    values : mapping of str to float or array
+        Without the step dimension: scalars, (tip,), (tip, radius), (boundary,).
+    seconds : mapping of str to float
+        Wall time of each phase [s].
+    conjugates : (float, float)
+        What loads do work with when the load factor changes: the sum of dead forces (at factor one)
+        times displacements, and that of reactions times prescribed displacements (at factor one)
+        [N].
+    """
+
+    load_factor: float
+    values: Mapping[str, Any]
+    seconds: Mapping[str, float]
+    conjugates: tuple[float, float] = (np.nan, np.nan)
+
+
+def build_history(
+    scene: Scene,
+    records: Sequence[StepRecord],
+    *,
+    tips: Sequence[str],
+    radii: Sequence[float],
+    boundaries: Sequence[str],
+    notes: Mapping[str, Any],
+    stability: NDArray[np.int8] | None = None,
+) -> xr.Dataset:
+    """Gather the steps of a run into one dataset.
+
+    Parameters
+    ----------
+    scene : Scene
+        As the user wrote it; its effective configuration goes into the attributes.
+    records : sequence of StepRecord
+    tips, boundaries : sequence of str
+    radii : sequence of float
+        Nominal domain radii [mm].
+    notes : mapping
+        Further attributes: text, numbers, or lists, which become JSON text: of a list netCDF keeps
+        neither that it is empty nor that it has one entry.
+    stability : (step,) int8, optional
+        Index into `STABILITY`; default undefined.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions step, tip, radius, boundary and phase; what a run did not compute is nan.
+    """
+    phases = list(dict.fromkeys(phase for record in records for phase in record.seconds))
+    sizes = {
+        "step": len(records),
+        "tip": len(tips),
+        "radius": len(radii),
+        "boundary": len(boundaries),
+        "phase": len(phases),
+    }
+    data: dict[str, Any] = {}
+    variables = VARIABLES if scene.fatigue is None else VARIABLES | OF_FATIGUE
+    for name, (dims, units, long_name) in variables.items():
+        values = np.full([sizes[d] for d in dims], np.nan)
+        for i, record in enumerate(records):
+            if name == "wall_time":
+                values[i] = [record.seconds.get(phase, 0.0) for phase in phases]
+            elif name in record.values:
+                values[i] = record.values[name]
+        attributes: dict[str, Any] = {"units": units, "long_name": long_name}
+        if name == "tip_status":
+            values = np.where(np.isnan(values), 1, values).astype(np.int8)
+            attributes |= _flags(TIP_STATUS)
+        data[name] = (dims, values, attributes)
+    data["stability"] = (
+        STEP,
+        np.zeros(len(records), np.int8) if stability is None else stability,
+        {
+            "units": "1",
+            "long_name": "growth from this step on, under crack control",
+            "comment": "stable: the force rises; unstable: it falls; snap_back: so does the "
+            "displacement",
+            **_flags(STABILITY),
+        },
+    )
+    for name in SPREAD:
+        values = data[f"{name}_radius"][1]
+        if VARIABLES[name][1] == "degree":
+            values = np.unwrap(values, period=360.0, axis=2)
+        spread = np.ptp(values, axis=2) if len(radii) > 1 else np.full(values.shape[:2], np.nan)
+        data[f"{name}_spread"] = (
+            TIP,
+            spread,
+            {
+                "units": VARIABLES[name][1],
+                "long_name": f"largest less smallest {name} over the radii: its uncertainty as "
+                "far as the domain goes; the error of the grid comes on top",
+            },
+        )
+    coords = {
+        "step": ("step", np.arange(1, len(records) + 1), {"long_name": "load or growth step"}),
+        "load_factor": (
+            "step",
+            np.array([record.load_factor for record in records]),
+            {"units": "1", "long_name": "factor on all loads of the scene"},
+        ),
+        "tip": ("tip", np.array(tips, dtype=object), {"long_name": "crack tip"}),
+        "radius": ("radius", np.array(radii), {"units": "mm", "long_name": "domain radius"}),
+        "boundary": ("boundary", np.array(boundaries, object), {"long_name": "loaded part"}),
+        "phase": ("phase", np.array(phases, object), {"long_name": "part of the run"}),
+    }
+    texts = {
+        name: json.dumps(note, ensure_ascii=False) if isinstance(note, list) else note
+        for name, note in notes.items()
+    }
+    return xr.Dataset(data, coords, {**provenance(scene), **texts})
+
+
+def _flags(meanings: Sequence[str]) -> dict[str, Any]:
+    """Attributes of a variable whose values are indices into words."""
+    return {
+        "flag_values": np.arange(len(meanings), dtype=np.int8),
+        "flag_meanings": " ".join(meanings),
+    }

@@ -1,0 +1,373 @@
+"""The record that a run keeps: values of each step, what was chosen, left out and doubtful."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from cfmpm import mechanics
+from cfmpm.body.body import Body, Grown
+from cfmpm.body.grid import Triangulation
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.fracture import fatigue, stability
+from cfmpm.fracture.growth import Decision
+from cfmpm.output import choices, variables, warnings
+from cfmpm.output.history import StepRecord, build_history
+from cfmpm.scene.model import Scene
+
+# What a tip inside a body does.
+_INSIDE = ("growing", "stopped")
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a run starts from, by which later steps are named and measured.
+
+    Attributes
+    ----------
+    tips : dict of str to (str, int)
+        Crack and end of each tip.
+    boundaries : list of str
+        The loaded parts.
+    radii : list of float
+        Nominal domain radii [mm].
+    lengths : dict of str to float
+        Of the cracks [mm].
+    """
+
+    tips: dict[str, tuple[str, int]]
+    boundaries: list[str]
+    radii: list[float]
+    lengths: dict[str, float]
+
+    @classmethod
+    def of(cls, body: Body) -> Self:
+        """The origin of a run that starts with a body."""
+        return cls(
+            tips={tip.name: (tip.crack, tip.end) for tip in body.grid.tips},
+            boundaries=list(body.loading.boundaries),
+            radii=_nominal_radii(body),
+            lengths=_lengths(body.triangulation),
+        )
+
+
+class Record:
+    """The steps of a run, as they come.
+
+    Parameters
+    ----------
+    scene : Scene
+        As the user wrote it.
+    full : Scene
+        Expanded.
+    origin : Origin
+    """
+
+    def __init__(self, scene: Scene, full: Scene, origin: Origin) -> None:
+        self.scene, self.full, self.origin = scene, full, origin
+        self.holes = {str(hole.name) for hole in full.geometry.holes} if full.geometry else set()
+        self.steps: list[StepRecord] = []
+        self.warnings: dict[str, None] = {}
+        self.notes: dict[str, Any] = {}
+        self.finite = False
+
+    def add(
+        self,
+        body: Body,
+        balance: Equilibrium,
+        tips: Mapping[str, Any],
+        decision: Decision,
+        seconds: Mapping[str, float],
+    ) -> None:
+        """Add a state of balance.
+
+        Parameters
+        ----------
+        body : Body
+        balance : Equilibrium
+        tips : mapping of str to array
+            Values at the tips of the grid, at the load factor of the balance.
+        decision : Decision
+            With the load factor that the step is recorded at.
+        seconds : mapping of str to float
+            Wall time of each phase of the step [s].
+        """
+        self.finite = balance.finite
+        factor = decision.load_factor
+        if not np.isfinite(factor):
+            factor = self.steps[-1].load_factor if self.steps else 1.0
+        values = self._of_ends(body, decision)
+        rows = [list(self.origin.tips).index(tip.name) for tip in body.grid.tips]
+        for name, found in tips.items():
+            values[name] = np.full((len(self.origin.tips), *found.shape[1:]), np.nan)
+            values[name][rows] = found
+        values |= _of_body(body, balance)
+        scale = balance.scale(factor)
+        values = {
+            name: np.asarray(value) * scale ** variables.LOAD_POWER.get(name, 0)
+            for name, value in values.items()
+        }
+        for name, found in (
+            ("clearance", [domain.clearance for domain in body.tip_domains]),
+            ("tip_size", [tip.h for tip in body.grid.tips]),
+        ):
+            values[name] = np.full(len(self.origin.tips), np.nan)
+            values[name][rows] = found
+        conjugates = _conjugates(body, balance, scale)
+        values["jump"] = float(self._jumped(values["tip_status"]))
+        values["external_work"] = (
+            balance.external_work
+            if balance.finite
+            else self._work_done(factor, conjugates, jumped=bool(values["jump"]))
+        )
+        if self.full.fatigue is None:
+            spent = body.grown.fracture_energy
+            values["fracture_energy"] = spent
+            values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
+        self.steps.append(StepRecord(factor, values, seconds, conjugates))
+        self.notes |= choices.choices(body, balance)
+        self.warnings |= dict.fromkeys(warnings.doubts(body, balance, scale))
+        self.warnings |= dict.fromkeys(warnings.doubts_at_tips(body, tips))
+
+    def add_severed(
+        self,
+        triangulation: Triangulation,
+        seconds: Mapping[str, float],
+        decision: Decision | None,
+        grown: Grown,
+        inside: str = "severed",
+    ) -> list[str]:
+        """Add the last position of the cracks, after which a part of the body is free.
+
+        Parameters
+        ----------
+        triangulation : Triangulation
+        seconds : mapping of str to float
+        decision : Decision or None
+            The one that made it.
+        grown : Grown
+        inside : {"severed", "stopped"}
+            What to call tips that have not arrived.
+
+        Returns
+        -------
+        list of str
+            The cracks that have arrived in this step.
+        """
+        values = self._of_line_ends(triangulation)
+        status, (growing, stopped) = values["tip_status"], map(variables.TIP_STATUS.index, _INSIDE)
+        arrived = status != stopped
+        status[~arrived] = variables.TIP_STATUS.index(inside)
+        if self.steps:
+            arrived &= self.steps[-1].values["tip_status"] == growing
+        if decision is not None and decision.progress is not None:
+            values["cycles"], _ = fatigue.count(decision.progress, grown.segments, {})
+        self.steps.append(StepRecord(np.nan, values, seconds))
+        cracks = [crack for crack, _ in self.origin.tips.values()]
+        return list(dict.fromkeys(np.array(cracks)[arrived].tolist()))
+
+    def history(self, ending: str) -> xr.Dataset:
+        """Gather the record into a dataset.
+
+        Parameters
+        ----------
+        ending : str
+            Why the run ended.
+        """
+        history = build_history(
+            self.scene,
+            self.steps,
+            stability=self._stability(),
+            tips=list(self.origin.tips),
+            radii=self.origin.radii,
+            boundaries=self.origin.boundaries,
+            notes={
+                **self.notes,
+                "ending": ending,
+                "left_out": choices.left_out(self.full, bool(self.origin.tips), finite=self.finite),
+            },
+        )
+        growth = self.full.growth
+        found = (
+            warnings.doubts_of_domains(history)
+            if growth is None
+            else warnings.doubts_of_path(history, growth)
+        )
+        history.attrs["warnings"] = json.dumps([*self.warnings, *found], ensure_ascii=False)
+        return history
+
+    def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
+        """Where each crack ends, and what it does there."""
+        values = self._of_line_ends(body.triangulation)
+        progress = decision.progress
+        rates = {} if progress is None else progress.rates
+        for i, name in enumerate(self.origin.tips):
+            if name in decision.running or (decision.running and rates.get(name)):
+                values["tip_status"][i] = variables.TIP_STATUS.index("growing")
+        if progress is not None:
+            values["cycles"] = progress.cycles
+            for quantity, found in (("delta_K", progress.ranges), ("da_dN", rates)):
+                values[quantity] = np.array(
+                    [found.get(name, np.nan) for name in self.origin.tips], float
+                )
+        return values
+
+    def _of_line_ends(self, mesh: Triangulation) -> dict[str, Any]:
+        lengths = _lengths(mesh)
+        nodes = {name: _end_node(mesh, *place) for name, place in self.origin.tips.items()}
+        return {
+            "tip_x": np.array([mesh.nodes[node, 0] for node in nodes.values()]),
+            "tip_y": np.array([mesh.nodes[node, 1] for node in nodes.values()]),
+            "crack_length": np.array([lengths[crack] for crack, _ in self.origin.tips.values()]),
+            "tip_status": np.array(
+                [
+                    variables.TIP_STATUS.index(self._arrival(mesh, crack, nodes[name]))
+                    for name, (crack, _) in self.origin.tips.items()
+                ],
+                float,
+            ),
+        }
+
+    def _arrival(self, mesh: Triangulation, crack: str, node: int) -> str:
+        """Say where the end of a crack lies."""
+        for name, pairs in mesh.edges.items():
+            if (pairs == node).any():
+                return "arrived_hole" if name in self.holes else "arrived_boundary"
+        met = sum(int((pairs == node).sum()) for pairs in mesh.cracks.values())
+        return "arrived_crack" if met > 1 else "stopped"
+
+    def _jumped(self, status: NDArray[np.float64]) -> bool:
+        """Whether a tip has broken through to where it arrived since the step before."""
+        if not self.steps:
+            return False
+        arrived = [word.startswith("arrived") for word in variables.TIP_STATUS]
+        now, before = (
+            np.array(arrived)[np.asarray(flags, int)]
+            for flags in (status, self.steps[-1].values["tip_status"])
+        )
+        return bool((now & ~before).any())
+
+    def _work_done(self, factor: float, conjugates: tuple[float, float], *, jumped: bool) -> float:
+        """Work of the loads from the start, by the trapezoidal rule over the steps [N].
+
+        Where a last ligament has broken it did so at the load of the step before, by itself; the
+        load has changed after that.
+        """
+        work, last_factor, last = 0.0, 0.0, (0.0, 0.0)
+        if self.steps:
+            work = float(self.steps[-1].values["external_work"])
+            last_factor, last = self.steps[-1].load_factor, self.steps[-1].conjugates
+        if jumped and factor != 0.0:
+            dead, grip = (part * last_factor / factor for part in conjugates)
+            work += last_factor * (dead - last[0])
+            last = dead, grip
+        work += 0.5 * (factor + last_factor) * (conjugates[0] - last[0])
+        return work + 0.5 * (conjugates[1] + last[1]) * (factor - last_factor)
+
+    def _stability(self) -> NDArray[np.int8]:
+        """How the cracks go on from each step, as far as crack control tells."""
+        growth = self.full.growth
+        if growth is None or growth.control != "crack":
+            return np.zeros(len(self.steps), np.int8)
+        factor = np.array([step.load_factor for step in self.steps])
+        dead, grip = np.array([step.conjugates for step in self.steps]).reshape(-1, 2).T
+        # With grips besides, the force is still that of all loads.
+        path = (factor, dead) if np.any(dead != 0.0) else (grip, factor)
+        flags = stability.classify(*path)
+        jumps = np.array([step.values.get("jump", 0.0) for step in self.steps], float) > 0.0
+        flags[:-1][jumps[1:]] = 0
+        return flags
+
+
+def _lengths(mesh: Triangulation) -> dict[str, float]:
+    """Length of each crack [mm]."""
+    return {
+        name: float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
+        for name, pairs in mesh.cracks.items()
+    }
+
+
+def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
+    pairs = mesh.cracks[crack]
+    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
+
+
+def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float]:
+    """What the dead loads have moved through and the force on the grips, per load factor [N]."""
+    loading, u = body.loading, balance.displacement
+    # Zero where a support prescribes the displacement: a force there does no work.
+    free = u - balance.load_factor * loading.displacement
+    applied = float((loading.force * free).sum())
+    reaction = float(
+        ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
+    )
+    return scale * applied, scale * reaction
+
+
+def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
+    """Energies, counts and the forces and displacements of the loaded parts."""
+    loading, source, u = body.loading, body.integration, balance.displacement
+    # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
+    applied = balance.load_factor * loading.force
+    held = balance.internal_force - applied - balance.contact_force
+    parts, factor = loading.boundaries.values(), balance.load_factor
+    reaction = np.array(
+        [
+            (factor * part.force + np.where(part.holds, held[part.nodes], 0.0)).sum(axis=0)
+            for part in parts
+        ]
+    ).reshape(-1, 2)
+    motion = np.array(
+        [(part.weights[:, None] * u[part.nodes]).sum(axis=0) for part in parts]
+    ).reshape(-1, 2)
+    # A part at which nothing but round-off is left has no direction of force.
+    size = np.hypot(*reaction.T)
+    felt = size > 1e-9 * np.abs(balance.internal_force).max(initial=0.0)
+    along = np.full(len(size), np.nan)
+    along[felt] = (motion * reaction).sum(axis=1)[felt] / size[felt]
+    values: dict[str, Any] = {}
+    if balance.finite:
+        values["min_det_F"] = np.linalg.det(np.eye(2) + source.displacement_gradient).min()
+    if body.motion is not None:
+        values |= {"least_fill": body.motion.fill, "grid_resets": body.motion.resets}
+    return values | {
+        "strain_energy": np.sum(source.energy * source.volume),
+        "plastic_work": (
+            np.sum(balance.history[:, mechanics.PLASTIC_WORK] * source.volume)
+            if balance.history.size
+            else np.nan
+        ),
+        "newton_iterations": balance.newton_iterations,
+        "substeps": balance.substeps,
+        "unstable_points": balance.unstable_points,
+        "finite_effect": balance.finite_effect,
+        "residual_norm": balance.residual_norm,
+        "negative_pivots": balance.negative_pivots,
+        "n_points": len(body.points),
+        "n_nodes": len(body.grid.nodes),
+        "n_unknowns": balance.n_unknowns,
+        "contact_pairs": balance.contact_pairs,
+        "grid_quality": body.grown.quality,
+        "empty_elements": body.empty_elements,
+        "floating_nodes": body.floating_nodes,
+        "reaction_x": reaction[:, 0],
+        "reaction_y": reaction[:, 1],
+        "displacement_x": motion[:, 0],
+        "displacement_y": motion[:, 1],
+        "displacement": along,
+    }
+
+
+def _nominal_radii(body: Body) -> list[float]:
+    """The radii asked for, else those of the tip with the most room."""
+    if not isinstance(body.scene.fracture.radii, int):
+        return list(body.scene.fracture.radii)
+    if not body.tip_domains:
+        return []
+    return list(max((domain.radii for domain in body.tip_domains), key=max))

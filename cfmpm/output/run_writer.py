@@ -1,0 +1,120 @@
+"""Keeping on disk what a run has found, while it goes on and at its end."""
+
+from __future__ import annotations
+
+import copy
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+from cfmpm.fracture.growth import Decision
+from cfmpm.mechanics import load_levels
+from cfmpm.output import run_folder as folders
+from cfmpm.output.checkpoint import Start, write_checkpoint
+from cfmpm.output.fields import build_fields
+from cfmpm.output.fields_by_step import FieldSeries
+from cfmpm.output.files import store, written_aside
+from cfmpm.output.record import Record
+from cfmpm.output.run_folder import CHECKPOINT, FIELDS, HISTORY, INDEX, UNFINISHED
+from cfmpm.state import Result, State
+
+# Part of the time of a run that may go into keeping what it takes to go on after a kill.
+SHARE = 0.05
+
+
+class Keeper:
+    """Writes the files of a run: fields by step, the history so far, and what is needed to go on.
+
+    Of a run that goes on after its first step, history and checkpoint are written then, and from
+    there on whenever that takes no more than `SHARE` of the time since it was last done.
+
+    Parameters
+    ----------
+    folder : Path
+        One that is held (`folder.held`). What an earlier run has left there is taken away as soon
+        as there is a whole file to put in its place.
+    start : Start or None
+        Where the run goes on whose files these are.
+    """
+
+    def __init__(self, folder: Path, start: Start | None = None) -> None:
+        self._folder = Path(folder)
+        self._record: Record | None = None
+        self._start = start
+        self._decision: Decision | None = None if start is None else start.decision
+        self._done = 0 if start is None else len(start.record.steps)
+        self._new = start is None
+        self._series: FieldSeries | None = None
+        self._due = 0.0
+        folders.remove_leavings(self._folder)
+
+    @property
+    def steps(self) -> int:
+        """How many steps are known."""
+        return 0 if self._record is None else len(self._record.steps)
+
+    def observe(self, state: State, record: Record) -> None:
+        """Take note of a state of balance; an observer of `simulation.run`."""
+        # The next run solves this body again: a state of balance has more to it than is kept.
+        before = copy.copy(record)
+        before.steps = record.steps[:-1]
+        self._start = Start(state.solved, before, self._decision, state.level, state.before)
+        self._record, self._decision = record, state.decision
+        scene = record.scene
+        several = scene.growth is not None or len(load_levels(scene)) > 1
+        if (several or scene.output.every is not None) and time.monotonic() >= self._due:
+            self.write("the run was still going on")
+        if scene.output.every is not None:
+            if self._series is None:
+                self._series = FieldSeries(self._folder, scene.output.every, self._done)
+            self._series.observe(state, record)
+
+    def write(self, reason: str) -> None:
+        """Write what there is, if there is anything, with the reason why it is not more."""
+        if self._record is None or self._start is None:
+            return
+        begin = time.monotonic()
+        with written_aside(self._folder / HISTORY) as aside:
+            store(self._record.history(f"{UNFINISHED}: {reason}"), aside)
+            self._take_over()
+            write_checkpoint(self._start, self._folder / CHECKPOINT)
+        end = time.monotonic()
+        self._due = end + (end - begin) * (1.0 / SHARE - 1.0)
+
+    def finish(self, result: Result) -> list[Path]:
+        """Write the result of a run that has ended, and take its checkpoint away.
+
+        Parameters
+        ----------
+        result : Result
+
+        Returns
+        -------
+        list of Path
+            All files of the run but the fields by step, of which the table is named.
+        """
+        datasets = {HISTORY: result.history}
+        if result.scene.output.fields:
+            datasets[FIELDS] = build_fields(result)
+        with ExitStack() as stack:
+            # The history is renamed last: as long as it says unfinished, the run can go on.
+            for name, dataset in datasets.items():
+                store(dataset, stack.enter_context(written_aside(self._folder / name)))
+            self._take_over()
+            if self._series is not None:
+                self._series.finish()
+        (self._folder / CHECKPOINT).unlink(missing_ok=True)
+        by_step = [INDEX] if self._series is not None else []
+        return [self._folder / name for name in (*datasets, *by_step)]
+
+    def _take_over(self) -> None:
+        """Take away what an earlier run has left, once."""
+        if self._new:
+            folders.clear(self._folder)
+            self._new = False
+
+
+def write_result(result: Result, folder: Path, *, overwrite: bool) -> list[Path]:
+    """Write a result as the run of a folder; see :meth:`cfmpm.Result.write`."""
+    with folders.held(folder), folders.starting(folder, overwrite=overwrite):
+        return Keeper(folder).finish(result)

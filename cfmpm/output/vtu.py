@@ -1,0 +1,127 @@
+"""Results as VTU files for ParaView, by pyvista, which comes with the extra ``export``."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+import xarray as xr
+
+from cfmpm.errors import Problem, SceneError
+from cfmpm.output.fields_by_step import list_fields, require_same_run
+from cfmpm.output.files import written_aside
+from cfmpm.output.reading import read_result
+from cfmpm.output.run_folder import FIELDS, INDEX
+
+if TYPE_CHECKING:
+    import pyvista
+
+    from cfmpm.body.grid import Floats
+
+
+def export_vtu(folder: Path, output: Path) -> list[Path]:
+    """Write the fields of a run as VTU files, one set a step, and a PVD file for each kind.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a run with ``output.every`` or, of its last state alone, ``output.fields``.
+    output : Path
+        Folder to write to; made if needed.
+
+    Returns
+    -------
+    list of Path
+        grid.pvd (the background grid with its fields), points.pvd (the material points) and, where
+        there are cracks, cracks.pvd (their lines). Time is the step. Vectors have a z component of
+        zero, as ParaView wants it.
+
+    Raises
+    ------
+    ImportError
+        Where pyvista is missing.
+    SceneError
+        Where the run has no fields, where they cannot be read, or where they are those of another
+        run than the history beside them.
+    """
+    import pyvista  # noqa: F401 - its absence is told before any file is read
+
+    folder = Path(folder)
+    if (folder / INDEX).exists():
+        sources = list_fields(folder)
+    elif (folder / FIELDS).exists():
+        sources = [folder / FIELDS]
+        require_same_run(folder, read_result(sources[0], "face_nodes"), FIELDS)
+    else:
+        reason = "no fields; a run with output.fields or output.every makes them"
+        raise SceneError([Problem(reason, file=str(folder))])
+    output = Path(output)
+    output.mkdir(parents=True, exist_ok=True)
+    kinds: dict[str, list[tuple[float, str]]] = {}
+    for source in sources:
+        fields = read_result(source, "face_nodes").isel(time=-1)
+        step = float(fields["time"])
+        for kind, mesh in _meshes(fields).items():
+            name = f"{kind}_{step:04.0f}.vtu"
+            _save(mesh, output / name)
+            kinds.setdefault(kind, []).append((step, name))
+    return [_write_collection(output / f"{kind}.pvd", files) for kind, files in kinds.items()]
+
+
+def _meshes(fields: xr.Dataset) -> dict[str, pyvista.UnstructuredGrid]:
+    import pyvista
+
+    def array(name: str) -> Floats:
+        values: Floats = fields[name].values
+        return values
+
+    def vector(name: str) -> Floats:
+        x = array(f"{name}_x")
+        return np.column_stack([x, array(f"{name}_y"), np.zeros(len(x))])
+
+    grid = pyvista.UnstructuredGrid(
+        {pyvista.CellType.TRIANGLE: array("face_nodes").astype(np.int64)}, vector("node")
+    )
+    points = pyvista.PolyData(vector("point")).cast_to_unstructured_grid()
+    for name, variable in fields.data_vars.items():
+        if variable.dims == ("face",):
+            grid.cell_data[str(name)] = variable.values
+        elif variable.dims == ("point",):
+            points.point_data[str(name).removeprefix("point_")] = variable.values
+    grid.point_data["u"], grid.point_data["cf"] = vector("u"), vector("cf")
+    meshes = {"grid": grid, "points": points}
+    if "crack" in fields:
+        crack = array("crack")
+        ends = np.flatnonzero(np.diff(crack)) + 1
+        lines = np.split(np.arange(len(crack)), ends)
+        cells = np.concatenate([np.r_[len(line), line] for line in lines])
+        tracks = pyvista.PolyData(vector("crack"), lines=cells)
+        tracks.cell_data["crack"] = np.array([crack[line[0]] for line in lines], np.int32)
+        meshes["cracks"] = tracks.cast_to_unstructured_grid()
+    return meshes
+
+
+def _save(mesh: pyvista.UnstructuredGrid, path: Path) -> None:
+    """Write aside and rename; VTK goes by the ending of the name, so aside is a folder."""
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as aside:
+        mesh.save(Path(aside) / path.name)
+        os.replace(Path(aside) / path.name, path)
+
+
+def _write_collection(path: Path, files: Sequence[tuple[float, str]]) -> Path:
+    """A PVD file: which file belongs to which time."""
+    entries = "".join(
+        f'    <DataSet timestep="{step:g}" part="0" file={quoteattr(name)}/>\n'
+        for step, name in files
+    )
+    with written_aside(path) as aside:
+        aside.write_text(
+            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+            f"{entries}  </Collection>\n</VTKFile>\n"
+        )
+    return path

@@ -1,0 +1,122 @@
+"""Keys of a body: outline, holes, cracks, regions, or a mesh file."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    model_validator,
+)
+
+from cfmpm.scene.base import Model, refusal
+from cfmpm.scene.material import Material
+from cfmpm.scene.quantities import (
+    Coordinate,
+    Length,
+    Name,
+    Point,
+)
+
+
+def _vertex(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return {"at": value}
+    if isinstance(value, Mapping | Vertex):
+        return value
+    raise ValueError("must be two numbers in brackets, or a mapping with at")
+
+
+class Vertex(Model):
+    """A corner of a closed line, and the edge that leaves it."""
+
+    at: Point = Field(description="coordinates [mm]")
+    edge: Name | None = Field(None, description="name of the edge that leaves this corner")
+    through: Point | None = Field(
+        None, description="a point on the edge [mm], which makes the edge a circular arc"
+    )
+
+
+Corner = Annotated[
+    Vertex,
+    BeforeValidator(_vertex, json_schema_input_type=Vertex | tuple[Coordinate, Coordinate]),
+]
+
+
+class Circle(Model):
+    """A circle."""
+
+    centre: Point = Field(description="coordinates [mm]")
+    radius: Length = Field(description="radius [mm]")
+
+
+class Hole(Model):
+    """A hole, either a circle or a polygon; its whole boundary is one named edge."""
+
+    name: Name | None = Field(
+        None, description="name of the hole's edge; default hole_1, hole_2 ..."
+    )
+    circle: Circle | None = None
+    polygon: list[Corner] | None = Field(None, description="corners of a closed line")
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if (self.circle is None) == (self.polygon is None):
+            raise refusal("", "needs a circle or a polygon, and not both")
+        return self
+
+
+class Region(Model):
+    """A part of the body with a material of its own."""
+
+    name: Name = Field(description="name; with a mesh file, the name of a physical surface")
+    material: Material
+    circle: Circle | None = None
+    polygon: list[Corner] | None = Field(None, description="corners of a closed line")
+
+
+class Crack(Model):
+    """A crack; each end inside the body is a tip, each end on an edge or a hole is a mouth."""
+
+    name: Name | None = Field(None, description="default crack_1, crack_2 ...")
+    points: list[Point] = Field(min_length=2, description="corners of the crack line [mm]")
+
+
+class Geometry(Model):
+    """A plane body: outline, holes, cracks, regions.
+
+    Sides of the outline that follow each other may share a name: together they are one edge.
+    """
+
+    outline: list[Corner] = Field(min_length=2, description="corners of the outline, either sense")
+    holes: list[Hole] = Field([], description="circles or polygons without material")
+    cracks: list[Crack] = Field([], description="lines, each with one or two tips")
+    regions: list[Region] = Field([], description="parts of other materials")
+
+
+class MeshFile(Model):
+    """A gmsh mesh of three-node triangles in place of a geometry."""
+
+    file: str = Field(min_length=1, description="path of the .msh file")
+    folder: str = Field(
+        ".", description="where a relative path starts: itself relative to the scene file"
+    )
+    sha256: str | None = Field(
+        None, description="of what is in the file: filled in as the scene is read"
+    )
+    cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
+    regions: list[Region] = Field([], description="materials of physical surfaces")
+
+    def digest(self) -> str:
+        """SHA-256 of what is in the file now."""
+        return hashlib.sha256(Path(self.path).read_bytes()).hexdigest()
+
+    @property
+    def path(self) -> str:
+        """Where the file is, once the scene has been read."""
+        return os.path.join(self.folder, self.file)

@@ -1,0 +1,70 @@
+"""Keys of the background grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    model_validator,
+)
+
+from cfmpm.scene.base import Model, refusal
+from cfmpm.scene.quantities import (
+    LARGEST_LENGTH,
+    Length,
+    Positive,
+)
+
+
+class Grading(Model):
+    """Element size min(size, tip_size + growth r) at distance r from the nearest crack tip."""
+
+    tip_size: Length = Field(description="element size at a crack tip [mm]")
+    growth: Positive = Field(0.3, description="element size per distance from the tip")
+
+
+def _numbers_or_word(value: Any) -> str:
+    return "(numbers)" if isinstance(value, Mapping | Grading) else "(word)"
+
+
+def _word(value: Any) -> Any:
+    if value not in ("auto", "uniform"):
+        raise ValueError("must be auto, uniform, or a mapping with tip_size and growth")
+    return value
+
+
+class Mesh(Model):
+    """The background grid."""
+
+    element: Literal["T3", "T6"] = Field("T6", description="T3: 1 point, T6: 3 points a triangle")
+    size: Length | None = Field(
+        None, description="element size [mm]; default: a twentieth of the root of the body's area"
+    )
+    grading: Annotated[
+        Annotated[Grading, Tag("(numbers)")]
+        | Annotated[Literal["auto", "uniform"], BeforeValidator(_word), Tag("(word)")],
+        Discriminator(_numbers_or_word),
+    ] = Field(
+        "auto",
+        description="towards crack tips: uniform, two numbers, or auto: size / 300 at a tip at "
+        "rest, with growth 0.4, size / 10 at one that runs, with 0.3; less where there is no room",
+    )
+    hole_size: Length | None = Field(
+        None,
+        description="element size at holes [mm]: a third of the ligament through which a crack is "
+        "to pass; it grows away from them as from the tips",
+    )
+
+    @model_validator(mode="after")
+    def _finer_at_tips_and_holes(self) -> Self:
+        size = self.size or LARGEST_LENGTH
+        if isinstance(self.grading, Grading) and self.grading.tip_size > size:
+            raise refusal("grading.tip_size", f"must be at most mesh.size, {size:g}")
+        if self.hole_size is not None and self.hole_size > size:
+            raise refusal("hole_size", f"must be at most mesh.size, {size:g}")
+        return self

@@ -1,0 +1,91 @@
+"""Integration over material points on a grid that is reset."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cfmpm.body import particle_domains
+from cfmpm.body.grid import Floats, Grid
+from cfmpm.body.motion import Motion, interpolate
+from cfmpm.body.points import MaterialPoints
+from cfmpm.errors import SolveError
+from cfmpm.kernels import clipping
+
+# Part of a particle domain that may lie outside the grid: round-off.
+LOST = 1e-6
+
+
+def moved_points(points: MaterialPoints, grid: Grid, displacement: Floats) -> MaterialPoints:
+    """Carry points along with the grid."""
+    by = interpolate(grid, displacement, points.element, points.position)
+    return replace(points, position=points.position + by)
+
+
+def clipped(
+    motion: Motion, points: MaterialPoints, grid: Grid, *, fixed: bool
+) -> particle_domains.Quadrature:
+    """Cut the domains of the points, as they lie now, along the sides of the grid.
+
+    A domain is the triangle of the three tracers that the point was seeded between, with straight
+    sides. The reference volume of a point is shared among its pieces by their area in space.
+    Triangles that are still their own domains need no clipping.
+    """
+    domains = particle_domains.triangular_domains(motion.tracers[motion.reference.triangles])
+    whole: NDArray[np.bool_] = np.zeros(len(grid.elements), bool)
+    owners = np.arange(len(points))
+    if not fixed:
+        whole = ~np.any(motion.smoothed[grid.triangles], axis=1)
+        owners = np.flatnonzero(~whole)
+    owner, element, position, area = clipping.clip_domains(
+        grid.nodes,
+        grid.elements,
+        np.flatnonzero(~whole),
+        domains.anchors,
+        domains.vertices,
+        domains.offsets,
+        owners,
+    )
+    found = np.bincount(owner, area, len(points))
+    ux, uy, vx, vy = domains.vertices.reshape(-1, 3, 2)[:, 1:].reshape(-1, 4).T
+    whole_area = 0.5 * (ux * vy - uy * vx)
+    lost = np.flatnonzero(~(found >= (1.0 - LOST) * whole_area) | ~(whole_area > 0.0))
+    lost = np.intersect1d(lost, owners)
+    if lost.size:
+        x, y = points.position[lost[0]]
+        raise SolveError(
+            f"{lost.size} particle domains have turned over or left the grid, the first at "
+            f"({x:.6g}, {y:.6g}) mm; make updated.margin larger, or take updated.grid: following, "
+            "which needs mesh.element: T3"
+        )
+    volume = points.volume[owner] * area / found[owner]
+    kept = np.flatnonzero(whole)
+    order = np.argsort(np.concatenate([kept, element]), kind="stable")
+    return particle_domains.Quadrature(
+        owner=np.concatenate([kept, owner])[order],
+        element=np.concatenate([kept, element])[order],
+        position=np.concatenate([points.position[kept], position])[order],
+        volume=np.concatenate([points.volume[kept], volume])[order],
+        material=points.material[np.concatenate([kept, owner])[order]],
+    )
+
+
+def with_state(quadrature: particle_domains.Quadrature, points: MaterialPoints) -> MaterialPoints:
+    """Give each piece the state of its point."""
+    return MaterialPoints(
+        position=quadrature.position,
+        volume=quadrature.volume,
+        element=quadrature.element,
+        material=quadrature.material,
+        displacement_gradient=points.displacement_gradient[quadrature.owner],
+        stress=points.stress[quadrature.owner],
+        energy=points.energy[quadrature.owner],
+    )
+
+
+def volume_ratio(points: MaterialPoints) -> Floats:
+    h = points.displacement_gradient
+    det = h[:, 0, 0] * h[:, 1, 1] - h[:, 0, 1] * h[:, 1, 0]
+    return 1.0 + h[:, 0, 0] + h[:, 1, 1] + det

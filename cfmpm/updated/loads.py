@@ -1,0 +1,129 @@
+"""Loads and supports on a grid that is reset."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cfmpm.body.body import Body
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.body.loads import hold_nodes
+from cfmpm.body.materials import region_materials
+from cfmpm.body.motion import Motion, nearest_filled
+from cfmpm.body.points import locate
+from cfmpm.body.springs import Springs, ghost, join, supports
+from cfmpm.errors import SolveError
+from cfmpm.kernels import assembly, basis
+from cfmpm.updated.grids import (
+    are_filled,
+    is_fixed,
+)
+from cfmpm.updated.integration import volume_ratio
+
+# Stiffness of a support in which the grid moves, over the largest modulus of the material.
+STIFFNESS = 1e4
+# Part of a triangle that material fills below which it is stabilised (design study).
+LITTLE = 0.6
+
+
+def largest_modulus(body: Body) -> float:
+    return max(m.E for m in region_materials(body.scene, body.grid.region_names))
+
+
+def load_grid(body: Body, motion: Motion) -> Body:
+    """Find what of the grid holds material, and put loads and supports on it."""
+    grid, rows = body.grid, body.integration
+    filled = are_filled(grid, rows.element)
+    touched = np.zeros(len(grid.nodes), bool)
+    touched[grid.elements[filled]] = True
+    floating = np.flatnonzero(~touched)
+    area = np.bincount(rows.element, rows.volume * volume_ratio(rows), len(grid.elements))
+    fill = area / grid.areas
+    loading = motion.loading
+    force = loading.force - loading.own_weight
+    place = motion.triangle.copy()
+    astray = np.flatnonzero(motion.smoothed) if not is_fixed(body) else np.arange(len(place))
+    if motion.resets and astray.size:
+        place[astray] = locate(grid, motion.tracers[astray], place[astray])
+        if (place < 0).any():
+            x, y = motion.tracers[np.argmin(place)]
+            raise SolveError(
+                f"the body has left the grid at ({x:.6g}, {y:.6g}) mm; make updated.margin larger"
+            )
+    # Beyond the last triangle with material the field of that goes on.
+    motion = replace(motion, triangle=place, carrier=nearest_filled(grid, filled)[place])
+    if is_fixed(body):
+        force = _spread(grid, motion, force)
+        nothing = np.zeros_like(grid.nodes)
+        loading = replace(
+            loading,
+            prescribed=np.zeros(nothing.shape, bool),
+            displacement=nothing,
+            boundaries={},
+            loose=np.zeros((0, 1, 2)),
+            node_area=np.ones((1, 1)),
+        )
+    motion = replace(motion, springs=_springs(body, motion, fill))
+    own_weight = np.zeros_like(force)
+    if loading.body_force.any():
+        shape = basis.basis_values(grid.nodes, grid.elements, rows.element, rows.position)
+        own_weight = assembly.body_force(
+            grid.elements, len(grid.nodes), rows.element, shape, rows.volume, loading.body_force
+        )
+    loading = replace(loading, force=force + own_weight, own_weight=own_weight)
+    return replace(
+        body,
+        motion=replace(motion, fill=_least_fill(grid, fill)),
+        loading=hold_nodes(loading, floating),
+        empty_elements=_holes(grid, motion, rows.element),
+        floating_nodes=len(floating),
+    )
+
+
+def _least_fill(grid: Grid, fill: Floats) -> float:
+    """Return the least fill of a triangle with material that has such on all sides."""
+    beside = np.where(grid.twins >= 0, fill[grid.twins // 3], 0.0)
+    inside = (fill > 0.0) & (beside > 0.0).all(axis=1)
+    return float(fill[inside].min(initial=1.0))
+
+
+def _holes(grid: Grid, motion: Motion, element: Ints) -> int:
+    """Count the triangles inside the body with fewer points than were seeded in each.
+
+    One point gives a T3 its stiffness, and three a T6; what is missing is a mechanism.
+    """
+    seeded = np.bincount(motion.element).max()
+    hollow = np.flatnonzero(np.bincount(element, minlength=len(grid.elements)) < seeded)
+    middle = grid.nodes[grid.triangles[hollow]].mean(axis=1)
+    material = replace(motion.reference, nodes=motion.tracers)
+    return int((locate(material, middle) >= 0).sum())
+
+
+def _spread(grid: Grid, motion: Motion, force: Floats) -> Floats:
+    """Put forces on the tracers onto the nodes of the grid around them."""
+    loaded = np.flatnonzero(force.any(axis=1))
+    carrier, position = motion.carrier[loaded], motion.tracers[loaded]
+    shape = basis.basis_values(grid.nodes, grid.elements, carrier, position)
+    on_nodes = np.zeros_like(grid.nodes)
+    np.add.at(on_nodes, grid.elements[carrier], shape[:, :, None] * force[loaded][:, None])
+    return on_nodes
+
+
+def _springs(body: Body, motion: Motion, fill: Floats) -> Springs | None:
+    """Hold the tracers in a fixed grid, and stabilise what holds little material."""
+    grid, loading, held = body.grid, motion.loading, None
+    modulus = largest_modulus(body)
+    if is_fixed(body):
+        tracer, axis = np.nonzero(loading.prescribed)
+        held = supports(
+            grid,
+            motion.carrier[tracer],
+            motion.tracers[tracer],
+            axis,
+            STIFFNESS * modulus,
+            motion.displacement[tracer, axis],
+            loading.displacement[tracer, axis],
+        )
+    weight = body.scene.updated.ghost * modulus
+    return join(held, ghost(grid, fill, LITTLE, weight) if weight else None)

@@ -1,0 +1,171 @@
+"""A grid that is reset, seen from the reference configuration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cfmpm.body.body import Body
+from cfmpm.body.grid import Floats
+from cfmpm.body.motion import Motion
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.fracture import cf
+from cfmpm.kernels import finite
+from cfmpm.updated.grids import (
+    everywhere,
+    is_fixed,
+)
+from cfmpm.updated.loads import (
+    STIFFNESS,
+    largest_modulus,
+)
+
+
+def pull_back(gradients: Floats, base: Floats) -> Floats:
+    """Turn basis gradients in space into those by the reference position.
+
+    Parameters
+    ----------
+    gradients : (q, k, 2) float
+        dS/dx [1/mm].
+    base : (q, 2, 2) float
+        Displacement gradient H_n.
+
+    Returns
+    -------
+    (q, k, 2) float
+        dS/dX_j = dS/dx_i (F_n)_ij [1/mm].
+    """
+    return gradients + np.einsum("qki,qij->qkj", gradients, base)
+
+
+def closed_faces(body: Body, motion: Motion) -> dict[str, Any]:
+    """Return what contact of crack faces is found from, as fields of `newton.Problem`.
+
+    The nodes of a following grid are those of the reference. In a fixed grid the two faces of the
+    material are not where the doubled nodes are, and contact is left out.
+    """
+    if is_fixed(body):
+        return {"faces": replace(body.grid, crack_faces={})}
+    return {"faces": motion.reference, "carried": motion.displacement}
+
+
+def in_reference(
+    body: Body, gradients: Floats, balance: Equilibrium
+) -> tuple[Body, Floats, Equilibrium]:
+    """Look at a state of balance from the reference configuration.
+
+    Parameters
+    ----------
+    body : Body
+    gradients : (q, k, 2) float
+        Of its quadrature points.
+    balance : Equilibrium
+
+    Returns
+    -------
+    body, gradients, balance
+        Of the material points on the grid in which they were seeded, with the displacement of the
+        tracers; the same where the grid is not reset.
+    """
+    motion = body.motion
+    if motion is None:
+        return body, gradients, balance
+    points = replace(body.points, position=motion.position, element=motion.element)
+    seen = replace(
+        body,
+        grid=motion.reference,
+        points=points,
+        quadrature=None,
+        integration=points,
+        loading=motion.loading,
+    )
+    displacement = motion.traced(body.grid, everywhere(body, balance.displacement))
+    force = balance.internal_force
+    if is_fixed(body):
+        # What moves past the grid is held by springs.
+        loading, factor = motion.loading, balance.load_factor
+        slip = factor * loading.displacement - displacement
+        held = np.where(loading.prescribed, STIFFNESS * largest_modulus(body) * slip, 0.0)
+        force = factor * loading.force + held
+    return (
+        seen,
+        motion.gradients,
+        replace(
+            balance,
+            displacement=displacement,
+            internal_force=force,
+            contact_force=np.zeros_like(force) if is_fixed(body) else balance.contact_force,
+        ),
+    )
+
+
+def material_force(body: Body, balance: Equilibrium) -> Floats:
+    """Sum the configurational force at the nodes of the reference grid [N/mm], (n, 2).
+
+    CF_I = - sum_p (W I - F^T P) dS_I/dX V_p, whose sum over a plateau of the reference position is
+    the domain integral of the material. `finite.configurational_force` has H for F: on the grid
+    of the solve that is the same in balance, but here the internal force is not zero.
+
+    Parameters
+    ----------
+    body : Body
+        From `in_reference`.
+    balance : Equilibrium
+    """
+    motion = body.motion
+    assert motion is not None
+    grid, points = body.grid, body.points
+    density = balance.load_factor * body.loading.body_force
+    nodal = cf.finite_nodal_force(grid, points, motion.gradients, density)
+    internal = finite.internal_force(
+        grid.elements,
+        len(grid.nodes),
+        points.element,
+        motion.gradients,
+        points.volume,
+        points.displacement_gradient,
+        points.stress,
+    )
+    applied = balance.load_factor * body.loading.force + balance.contact_force
+    return nodal + internal - applied
+
+
+def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Floats]:
+    """Measure at each tip how far the grid has come apart from the material.
+
+    Parameters
+    ----------
+    body : Body
+        As it was solved.
+    gradients : (q, k, 2) float
+        Of its quadrature points.
+    balance : Equilibrium
+
+    Returns
+    -------
+    dict of str to (tip,) array
+        `cf_norm_grid`, the configurational force over a disc of the present grid, of the same
+        radius in space, and `tip_drift`; nothing where the grid is not reset.
+    """
+    motion = body.motion
+    if motion is None:
+        return {}
+    force = balance.load_factor * body.loading.body_force
+    nodal = cf.finite_nodal_force(body.grid, body.integration, gradients, force)
+    traced = motion.reference.nodes + motion.traced(
+        body.grid, everywhere(body, balance.displacement)
+    )
+    norm, drift = [], []
+    for tip, own, domain in zip(
+        body.grid.tips, motion.reference.tips, body.tip_domains, strict=True
+    ):
+        on_grid = cf.domain_force(body.grid, nodal, tip, max(domain.radii))
+        norm.append(np.hypot(*on_grid))
+        place = body.grid.nodes[tip.node]
+        if not is_fixed(body):
+            place = place + balance.displacement[tip.node]
+        drift.append(np.hypot(*(traced[own.node] - place)))
+    return {"cf_norm_grid": np.array(norm), "tip_drift": np.array(drift)}

@@ -1,0 +1,172 @@
+"""The updated Lagrangian formulation: a grid that is reset after every load step (paper step 9).
+
+The state of a material point is its displacement gradient H_n when the grid was reset. On the grid
+as it is now, dS/dX = F_n^T dS/dx with F_n = I + H_n and x the position in space, so that the sums
+of `kernels.finite` over reference volumes hold as they are, with H_n as their base. That is the
+paper's eqs 9 to 13 multiplied out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cfmpm.body import particle_domains
+from cfmpm.body.body import Body
+from cfmpm.body.grid import Floats
+from cfmpm.body.motion import Motion
+from cfmpm.body.points import MaterialPoints, relocate
+from cfmpm.body.volume_patches import build_patches
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.kernels import basis
+from cfmpm.updated.grids import (
+    a_triangle_of_each,
+    everywhere,
+    followed,
+    is_fixed,
+    with_margin,
+)
+from cfmpm.updated.integration import clipped, moved_points, with_state
+from cfmpm.updated.loads import (
+    load_grid,
+)
+
+LEFT = "make updated.margin larger, unless points have been torn off (empty_elements)"
+
+
+def begin(body: Body) -> Body:
+    """Let the grid of a body just built be reset from now on.
+
+    Parameters
+    ----------
+    body : Body
+        With the points at rest where they were seeded.
+
+    Returns
+    -------
+    Body
+        Its triangles keep their numbers; a fixed grid has a margin besides.
+
+    Raises
+    ------
+    MeshError
+        Where no margin can be made.
+    """
+    grid, points = body.grid, body.points
+    motion = Motion(
+        reference=grid,
+        loading=body.loading,
+        position=points.position,
+        element=points.element,
+        gradients=basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+        displacement=np.zeros_like(grid.nodes),
+        triangle=a_triangle_of_each(grid),
+        carrier=a_triangle_of_each(grid),
+        base=np.zeros((len(points), 2, 2)),
+        smoothed=np.zeros(len(grid.nodes), bool),
+        springs=None,
+        resets=0,
+        fill=1.0,
+    )
+    if body.scene.updated.grid == "fixed":
+        patches, grid = body.patches, with_margin(body)
+        if patches is not None:
+            # None across the border of the body, which has those of the reference.
+            margin = np.full(len(grid.elements), len(grid.region_names))
+            margin[: len(motion.reference.elements)] = motion.reference.regions
+            patches = build_patches(replace(grid, regions=margin))
+        body = replace(body, grid=grid, patches=patches)
+    return load_grid(body, motion)
+
+
+def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
+    """Put the points where they have moved to, and a grid under them (paper step 9).
+
+    Parameters
+    ----------
+    body : Body
+        In balance.
+    balance : Equilibrium
+
+    Returns
+    -------
+    body : Body
+    balance : Equilibrium
+        That the next load step sets out from: the grid at rest, at the same load factor.
+
+    Raises
+    ------
+    SolveError
+        Where points have left the grid, or it cannot be smoothed.
+    """
+    motion, old = body.motion, body.grid
+    assert motion is not None
+    moved = everywhere(body, balance.displacement)
+    traced = motion.traced(old, moved)
+    grid, smoothed, changed = old, motion.smoothed, True
+    if not is_fixed(body):
+        grid, smoothed, changed = followed(body, traced, moved)
+    motion = replace(motion, displacement=traced, smoothed=smoothed, resets=motion.resets + changed)
+    points, quadrature = body.points, body.quadrature
+    rows = moved_points(body.integration, old, moved)
+    if body.scene.updated.integration == "points":
+        points = rows
+    else:
+        corners = motion.tracers[motion.reference.triangles]
+        points = replace(points, position=corners.mean(axis=1))
+        if changed:
+            quadrature = clipped(motion, points, grid, fixed=is_fixed(body))
+            rows = with_state(quadrature, points)
+        elif quadrature is None:
+            points = rows
+        else:
+            quadrature = replace(quadrature, position=rows.position)
+    rows.element = relocate(grid, rows, LEFT)
+    body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
+    motion = replace(motion, base=rows.displacement_gradient)
+    history = balance.history
+    if len(history) != len(rows):
+        history = np.zeros((len(rows), 0))
+    nothing = np.zeros_like(grid.nodes)
+    return load_grid(body, motion), replace(
+        balance,
+        displacement=nothing,
+        internal_force=nothing,
+        contact_force=nothing,
+        history=history,
+    )
+
+
+def restore(
+    body: Body,
+    nodes: Floats,
+    points: MaterialPoints,
+    quadrature: particle_domains.Quadrature | None,
+    kept: dict[str, Any],
+) -> Body:
+    """Bring a body just begun to where it had come.
+
+    Parameters
+    ----------
+    body : Body
+        From `begin`.
+    nodes : (m, 2) float
+        Of the grid when it was reset last [mm].
+    points : MaterialPoints
+    quadrature : particle_domains.Quadrature or None
+    kept : dict
+        Fields of `Motion`: `displacement`, `triangle`, `base`, `smoothed` and `resets`.
+
+    Returns
+    -------
+    Body
+    """
+    motion = body.motion
+    assert motion is not None
+    rows = points if quadrature is None else with_state(quadrature, points)
+    rows.displacement_gradient = kept["base"]
+    grid = replace(body.grid, nodes=nodes)
+    body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
+    return load_grid(body, replace(motion, **kept))

@@ -1,0 +1,111 @@
+"""What materials say of the direction across the plane."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cfmpm.body.materials import Laws, stress_across
+from cfmpm.body.points import MaterialPoints
+from cfmpm.kernels import laws
+
+LAM, MU = 1.2e5, 8e4
+YIELD, HARDENING = 300.0, 1e3
+EYE = np.eye(2)
+
+
+def energies(law, F, across, zz=0.0):
+    """Stored energy per reference volume of F in the plane and a stretch across it.
+
+    Of J2, `zz` is the logarithmic plastic strain across, and F the elastic part in the plane.
+    """
+    J = np.linalg.det(F) * across
+    ln = np.log(J)
+    if law in (laws.HENCKY, laws.J2):
+        in_plane = np.log(np.linalg.svd(F)[1])
+        strains = np.array([*in_plane, np.log(across) - zz])
+        return 0.5 * LAM * strains.sum() ** 2 + MU * (strains**2).sum()
+    shear = 0.5 * MU * ((F * F).sum() + across**2 - 3 - 2 * ln)
+    return shear + LAM * (0.5 * ln**2 if law == laws.NEO_HOOKEAN else 0.25 * (J * J - 1 - 2 * ln))
+
+
+def derivative(law, F, zz=0.0, h=1e-3):
+    """dW/dl of a stretch l across the plane, at l = 1, by differences of fourth order."""
+    values = [energies(law, F, 1.0 + k * h, zz) for k in (-2, -1, 1, 2)]
+    return (8 * (values[2] - values[1]) - (values[3] - values[0])) / (12 * h)
+
+
+def points_of(gradients, stress, material):
+    n = len(gradients)
+    return MaterialPoints(
+        position=np.zeros((n, 2)),
+        volume=np.ones(n),
+        element=np.zeros(n, np.int64),
+        material=material,
+        displacement_gradient=gradients,
+        stress=stress,
+        energy=np.zeros(n),
+    )
+
+
+def cauchy(law, H, history=None):
+    """Cauchy stress in the plane, and the new state, of one point without patches."""
+    y = np.linalg.det(EYE + H) - 1.0
+    history = np.zeros((1, 6)) if history is None else history
+    tau, _, _, state = laws.respond(
+        law, LAM, MU, YIELD, HARDENING, tuple(H.ravel()), y, False, history, 0
+    )
+    return np.array(tau) / (1.0 + y), np.array(state)
+
+
+def gradients():
+    rng = np.random.default_rng(7)
+    return np.concatenate([scale * rng.uniform(-1, 1, (8, 2, 2)) for scale in (1e-3, 0.1, 0.45)])
+
+
+@pytest.mark.parametrize("law", [laws.HENCKY, laws.NEO_HOOKEAN, laws.CIARLET])
+def test_stress_across_is_the_derivative_of_the_energy(law):
+    """sigma_zz = (dW/dl) / J at plane strain."""
+    H = gradients()
+    stress = np.array([cauchy(law, h)[0] for h in H])
+    table = Laws(np.array([law]), np.array([[LAM, MU, 0.0, 0.0]]))
+    found = stress_across(table, points_of(H, stress, np.zeros(len(H), np.int64)))
+    F = EYE + H
+    expected = [derivative(law, f) / np.linalg.det(f) for f in F]
+    np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-9 * MU)
+
+
+def test_stress_across_where_material_has_flowed():
+    """tau_zz = lambda ln J + 2 mu eps_zz, of the elastic strain that flow across has left."""
+    table = Laws(np.array([laws.J2]), np.array([[LAM, MU, YIELD, HARDENING]]))
+    for H in gradients():
+        _, state = cauchy(laws.J2, H)
+        # Back a little, from there on elastic.
+        for part in (1.0, 0.9):
+            back = part * H
+            now, last = cauchy(laws.J2, back, state[None])
+            (found,) = stress_across(table, points_of(back[None], now[None], np.zeros(1, int)))
+            J = np.linalg.det(EYE + back)
+            expected = (LAM * np.log(J) + MU * np.log1p(last[3])) / J
+            assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * MU)
+        if np.abs(H).max() > 0.01:
+            assert abs(state[3]) > 1e-3
+
+
+def test_materials_of_points_are_told_apart():
+    """One point of each law in one table, in any order."""
+    order = np.array([laws.CIARLET, laws.J2, laws.HENCKY, laws.NEO_HOOKEAN])
+    lam = np.array([1.0, 2.0, 3.0, 4.0]) * LAM
+    table = Laws(order, np.column_stack([lam, np.full((4, 3), [MU, 1e9, 0.0])]))
+    H = np.array([[0.2, 0.1], [-0.05, 0.15]])
+    material = np.array([2, 0, 3, 1, 0])
+    J = np.linalg.det(EYE + H)
+    stress = []
+    for m in material:
+        tau, *_ = laws.respond(
+            order[m], lam[m], MU, 1e9, 0.0, tuple(H.ravel()), J - 1, False, np.zeros((1, 6)), 0
+        )
+        stress.append(np.array(tau) / J)
+    found = stress_across(table, points_of(np.tile(H, (5, 1, 1)), np.array(stress), material))
+    volumetric = [laws.volumetric(law, k, J - 1)[1] for law, k in zip(order, lam, strict=True)]
+    np.testing.assert_allclose(found, np.array(volumetric)[material], rtol=1e-12)

@@ -1,0 +1,169 @@
+"""Patches: who is joined to whom, and that they do away with locking."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+from scipy.spatial import Delaunay
+from structured import rectangle
+
+from cfmpm.body.grid import Triangulation, build_grid
+from cfmpm.body.points import seed
+from cfmpm.body.volume_patches import build_patches
+from cfmpm.kernels import assembly, basis, constitutive, finite, laws, patches
+
+
+def scattered(n, seed):
+    """A Delaunay triangulation of random points."""
+    points = np.random.default_rng(seed).uniform(0, 1, (n, 2))
+    triangles = Delaunay(points).simplices.astype(np.int64)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    turned = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
+    triangles[turned] = triangles[turned][:, ::-1]
+    regions = np.zeros(len(triangles), np.int64)
+    return Triangulation(points, triangles, regions, ("body",), {}, {}, {})
+
+
+def assert_patches(grid):
+    """Every triangle is in one patch; those of a patch hang together by sides, in one region."""
+    found = build_patches(grid)
+    sizes = np.bincount(found.of_triangle)
+    assert sizes.min() > 0
+    assert len(sizes) == len(found.nodes)
+    for patch, nodes in enumerate(found.nodes):
+        own = np.flatnonzero(found.of_triangle == patch)
+        assert set(nodes) == set(grid.elements[own].ravel())
+        assert len(set(grid.regions[own])) == 1
+        reached = {own[0]}
+        for _ in own:
+            reached |= {t // 3 for r in reached for t in grid.twins[r] if t >= 0} & set(own)
+        assert reached == set(own)
+    return found, sizes
+
+
+@pytest.mark.parametrize("n", [3, 4, 10, 100, 500])
+def test_random_triangles_are_joined_in_pairs_and_few_triples(n):
+    grid = build_grid(scattered(n, n), "T3")
+    _, sizes = assert_patches(grid)
+    if n > 3:
+        assert sizes.min() == 2
+    assert np.count_nonzero(sizes > 2) <= max(1, 0.1 * len(sizes))
+
+
+def test_no_patch_across_a_crack_or_the_border_of_a_region():
+    mesh = rectangle(8, 6, shake=0.4, crack=(3, 0, 5))
+    mesh = replace(mesh, regions=(mesh.nodes[mesh.triangles].mean(axis=1)[:, 0] > 0.6).astype(int))
+    grid = build_grid(mesh, "T3")
+    found, sizes = assert_patches(grid)
+    assert sizes.min() == 2
+    above = grid.nodes[grid.triangles].mean(axis=1)[:, 1] > 0.5
+    beside = (grid.nodes[grid.triangles].max(axis=1)[:, 0] <= 5 / 8 + 1e-9) & (grid.regions == 0)
+    upper = found.of_triangle[above & beside]
+    assert not np.isin(upper, found.of_triangle[~above & beside]).any()
+
+
+def test_a_triangle_without_neighbours_stays_alone():
+    mesh = rectangle(2, 1)
+    grid = build_grid(replace(mesh, regions=np.array([0, 1, 2, 2])), "T3")
+    # Which two meet depends on the diagonals; nobody may cross a region.
+    assert_patches(grid)
+    lone = build_grid(replace(mesh, regions=np.arange(4)), "T3")
+    assert build_patches(lone).of_triangle.tolist() == [0, 1, 2, 3]
+    np.testing.assert_array_equal(build_patches(lone).nodes, np.sort(lone.elements))
+
+
+def test_t6_averages_over_each_triangle():
+    grid = build_grid(rectangle(2, 2), "T6")
+    found = build_patches(grid)
+    np.testing.assert_array_equal(found.of_triangle, np.arange(8))
+    np.testing.assert_array_equal(found.nodes, grid.elements)
+
+
+def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, outer=2.0):
+    """Mean radial displacement of the bore of a quarter tube under pressure over Lame's."""
+    mesh = rectangle(n, n, shake=0.3, seed=2)
+    grid = build_grid(mesh, element)
+    r = inner + (outer - inner) * grid.nodes[:, 0]
+    angle = 0.5 * np.pi * grid.nodes[:, 1]
+    grid = replace(grid, nodes=np.column_stack([r * np.cos(angle), r * np.sin(angle)]))
+    if element == "T6":
+        for k in range(3):
+            ends = grid.nodes[grid.elements[:, k]] + grid.nodes[grid.elements[:, (k + 1) % 3]]
+            grid.nodes[grid.elements[:, 3 + k]] = 0.5 * ends
+    points = seed(grid)
+    gradients = basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    free = np.ones((len(grid.nodes), 2), bool)
+    free[np.unique(grid.edges["bottom"]), 1] = False
+    free[np.unique(grid.edges["top"]), 0] = False
+    number = np.where(free, (np.cumsum(free) - 1).reshape(free.shape), -1)
+
+    force = np.zeros(free.shape)
+    for edge in grid.edges["left"]:
+        along = grid.nodes[edge[1]] - grid.nodes[edge[0]]
+        # The body lies to the left of the edge, the bore to its right.
+        load = pressure * np.array([-along[1], along[0]])
+        weights = [0.5, 0.5] if element == "T3" else [1 / 6, 1 / 6, 2 / 3]
+        force[edge] += np.outer(weights, load)
+
+    lam, mu = nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)
+    lame = np.array([[lam, mu]])
+    shared = points.element, gradients, points.volume, points.material
+    if patched:
+        joined = build_patches(grid)
+        indptr, indices = assembly.sparsity(joined.nodes, number)
+        data = assembly.stiffness(
+            grid.elements, number, indptr, indices, *shared, lame * [[0.0, 1.0]]
+        )
+        data += patches.coupling(
+            finite.entry_slots(joined.nodes, number, indptr, indices),
+            len(indices),
+            joined.nodes,
+            grid.elements,
+            *shared,
+            np.array([laws.HENCKY]),
+            np.array([[lam, mu, 0.0, 0.0]]),
+            np.zeros((len(points), 2, 2)),
+            joined.of_triangle[points.element],
+        )
+    else:
+        indptr, indices = assembly.sparsity(grid.elements, number)
+        data = assembly.stiffness(grid.elements, number, indptr, indices, *shared, lame)
+    u = np.zeros(free.shape)
+    u[free] = splu(csc_array((data, indices, indptr))).solve(force[free])
+
+    H, _, energy = constitutive.linear_elastic(
+        grid.elements, points.element, gradients, points.material, lame * [[0.0, 1.0]], u
+    )
+    if patched:
+        energy = (
+            energy
+            + patches.mean_pressure(
+                points.volume, points.material, lame, H, joined.of_triangle[points.element]
+            )[1]
+        )
+        stored = np.sum(energy * points.volume)
+        np.testing.assert_allclose(stored, 0.5 * np.sum(force * u), rtol=1e-9)
+    bore = np.unique(grid.edges["left"])
+    x = grid.nodes[bore]
+    radial = np.mean(np.sum(u[bore] * x, axis=1) / np.hypot(*x.T))
+    factor = (1 + nu) * pressure * inner**2 / (outer**2 - inner**2)
+    return radial / (factor * ((1 - 2 * nu) * inner + outer**2 / inner))
+
+
+@pytest.mark.parametrize(("element", "bound"), [("T3", 0.01), ("T6", 0.002)])
+def test_no_locking(element, bound):
+    """A tube under inner pressure (Lame): near incompressibility as near to exact as at 0.3."""
+    for nu in (0.3, 0.499, 0.4999, 0.499999):
+        error = radial_displacement(element, nu, patched=True) - 1.0
+        assert abs(error) < bound, (nu, error)
+    finer = radial_displacement(element, 0.499999, patched=True, n=24) - 1.0
+    # Second order.
+    assert abs(finer) < 0.3 * abs(error)
+
+
+def test_without_patches_t3_locks():
+    assert radial_displacement("T3", 0.499999, patched=False) < 0.8
