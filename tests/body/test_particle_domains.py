@@ -325,7 +325,7 @@ def test_halves_of_a_cut_point(element, shift):
     points.stress, points.energy = rng.random((n, 3)), rng.random(n)
     before = {f.name: getattr(points, f.name).copy() for f in fields(points)}
     a, b = shift + np.array([0.31, 1.2]), shift + np.array([3.7, 2.4])
-    split, divided, _ = pieces.split_points(points, domains, quadrature, grid, a, b)
+    split, divided, _ = particle_domains.split_points(points, domains, quadrature, grid, a, b)
     for name, values in before.items():
         np.testing.assert_array_equal(getattr(points, name), values)
 
