@@ -45,7 +45,7 @@ def test_a_scene_of_your_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         assert Path(f"results/bracket_{length}/history.nc").is_file()
 
     Path("bracket.yaml").write_text(scene + growth)
-    done = CliRunner().invoke(app.app, ["run", "bracket.yaml", "--set", "growth.increments=2"])
+    done = CliRunner().invoke(app, ["run", "bracket.yaml", "--set", "growth.increments=2"])
     assert done.exit_code == 0, done.output
     assert "increments: growth.increments allows 2" in done.output
 
