@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoints, entry_points
 from pkgutil import resolve_name
 from typing import Any, Generic, TypeVar
 
@@ -56,7 +57,9 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
     def _known(self) -> dict[str, Entry]:
         if not self._read:
-            for point in sorted(entry_points(group=f"cfmpm.{self.kind}s"), key=lambda p: p.name):
+            for point in sorted(
+                _points().select(group=f"cfmpm.{self.kind}s"), key=lambda p: p.name
+            ):
                 self._put(point.name, point.load())
             self._read = True
         return self._entries
@@ -69,6 +72,12 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
     def __len__(self) -> int:
         return len(self._known())
+
+
+@cache
+def _points() -> EntryPoints:
+    """All entry points that are installed: looking for them takes longest."""
+    return entry_points()
 
 
 def load(place: str) -> Any:
