@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib.metadata import EntryPoints, entry_points
+from importlib.metadata import entry_points
 from pkgutil import resolve_name
 from typing import Any, Generic, TypeVar
 
@@ -75,8 +75,8 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
 
 @cache
-def _points() -> EntryPoints:
-    """All entry points that are installed: looking for them takes longest."""
+def _points() -> Any:
+    """All entry points that are installed, whose type depends on the version of Python."""
     return entry_points()
 
 
