@@ -253,11 +253,20 @@ def test_zero_and_negative_diagonal(solver):
         assert caught.value.unknown == 1
 
 
-def test_exact_zero_pivot(solver):
-    # Indefinite, but an exchange of rows makes all pivots of the L U factor positive.
-    K = csr_array(np.array([[1.0, 1, 0], [1, 1, 1], [0, 1, 5]]))
+# Indefinite, but an exchange of rows makes all pivots of the L U factor positive.
+EXCHANGED = [
+    [[1, 1, 0], [1, 1, 1], [0, 1, 5]],
+    [[1, 1, 0, 0, 0], [1, 2, 0, 1, 0], [0, 0, 1, 1, 1], [0, 1, 1, 1, 0], [0, 0, 1, 0, 1]],
+    [[2, 0, -1, 1], [0, 2, 1, -1], [-1, 1, 1, 0], [1, -1, 0, 1]],
+]
+
+
+@pytest.mark.parametrize("rows", EXCHANGED, ids=len)
+def test_exact_zero_pivot(solver, rows):
+    K = csr_array(np.array(rows, float))
+    assert np.linalg.eigvalsh(K.toarray())[0] < -0.1
     with pytest.raises(NotPositiveDefiniteError):
-        solver.factor(K, np.ones((3, 1)))
+        solver.factor(K, np.ones((len(rows), 1)))
 
 
 def test_nan(solver):
