@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cfmpm import newton
+from cfmpm.equilibrium import newton
 from cfmpm.errors import SolveError
 
 
@@ -23,7 +23,7 @@ class Searched:
     def __init__(self, unbalanced, inverted_from=np.inf):
         self.tried = []
         self._unbalanced, self._inverted_from = unbalanced, inverted_from
-        self._march = object.__new__(newton._March)
+        self._march = object.__new__(newton.March)
         self._march._free = np.array([[True, True]])
         self._march.state = self._state
 
@@ -34,7 +34,7 @@ class Searched:
             raise SolveError("1 material points would be turned inside out")
         force = -np.array([self._unbalanced(part)], float)
         empty = np.zeros((0, 2, 2))
-        return newton._State(displacement, empty, empty, empty, empty, force, 0.0)
+        return newton.PointStates(displacement, empty, empty, empty, empty, force, 0.0)
 
     def end(self):
         """Where it ends, and by which parts it came there."""

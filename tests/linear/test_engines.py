@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, diags_array
 
-from cfmpm.engines import NotPositiveDefiniteError, _conjugate_gradients
+from cfmpm.linear.engines import NotPositiveDefiniteError, _conjugate_gradients
 
 
 def solve(diagonal, precondition, tolerance=1e-12):
