@@ -11,6 +11,7 @@ import pytest
 import cfmpm
 from cfmpm.body.materials import material_laws
 from cfmpm.equilibrium import newton, stepping
+from cfmpm.errors import SolveError
 from cfmpm.kernels.basis import basis_gradients
 from cfmpm.scene.reading import scene_from_dict
 
@@ -97,6 +98,39 @@ def test_work_of_the_loads_is_the_energy():
     fine_error = abs(float(found.external_work[-1] / found.strain_energy[-1]) - 1)
     coarse_error = abs(float(coarse.external_work[-1] / coarse.strain_energy[-1]) - 1)
     assert fine_error < coarse_error / 8  # the trapezoidal rule is of second order
+
+
+def test_work_of_dead_loads_is_the_energy_to_second_order_of_the_steps():
+    """The trapezoidal rule: force and displacement at both ends of each step."""
+    material = {"E": 1e3, "nu": 0.3, "law": "ciarlet"}
+    errors = []
+    for steps in (8, 16):
+        found = pulled(60.0, material=material, load_steps=steps).history.isel(step=-1)
+        assert int(found.substeps) == steps
+        errors.append(float(found.external_work / found.strain_energy) - 1)
+    assert 1e-6 < abs(errors[0]) < 1e-3
+    assert errors[1] == pytest.approx(errors[0] / 4, rel=0.1)
+
+
+def test_a_point_turned_inside_out_is_no_state():
+    """Also where its law would give a stress."""
+    result = pulled(100.0)
+    grid, points = result.grid, result.body.integration
+    problem = newton.Problem(
+        grid,
+        points,
+        basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+        np.zeros((len(points), 2, 2)),
+        material_laws(result.body.scene, grid.region_names),
+        result.loading,
+    )
+    march = newton.March(problem, result.balance.history)
+    for mirrored in ([-1.5, 1.0], [1.0, -1.5], [-1.0, 1.0]):
+        moved = grid.nodes * mirrored - grid.nodes
+        with pytest.raises(SolveError, match=f"{len(points)} material points would be turned"):
+            march.state(moved)
+    # A half turn is none.
+    assert march.state(-2.0 * grid.nodes).energy == pytest.approx(0.0, abs=1e-20)
 
 
 @pytest.mark.parametrize("solver", ["superlu", "amg"])

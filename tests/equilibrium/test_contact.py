@@ -1,0 +1,84 @@
+"""The complementarity problem of closed crack faces: what ends it, and what has no answer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array, eye_array
+
+from cfmpm.equilibrium import contact
+from cfmpm.errors import SolveError
+from cfmpm.linear.solvers import Solution
+
+
+class Flexibility:
+    """A body by the openings that unit forces of its pairs make."""
+
+    def __init__(self, matrix):
+        self.matrix = np.array(matrix, float)
+
+    def solve(self, b):
+        return Solution(self.matrix @ b, 0.0)
+
+
+def pressed(matrix, gap, slack=0.0):
+    """Forces and openings of the pairs."""
+    body = Flexibility(matrix)
+    push = csc_array(eye_array(len(gap)))
+    force = contact._complementary_force(np.array(gap, float), slack, push, body)
+    return force, gap + body.matrix @ force
+
+
+# In which the pairs that are wrong, changed all at once, come round again and again.
+ROUND_AND_ROUND = [
+    ([[27.25, -12, 21], [-12, 10.25, -11], [21, -11, 17.25]], [-2, 4, -4]),
+    (
+        [[23.25, -17, 0, -24], [-17, 20.25, -7, 20], [0, -7, 15.25, -1], [-24, 20, -1, 26.25]],
+        [-2, 1, -2, 2],
+    ),
+    (
+        [
+            [20.25, -6, -11, 8, 12],
+            [-6, 14.25, -4, 14, -4],
+            [-11, -4, 18.25, -17, -8],
+            [8, 14, -17, 27.25, 6],
+            [12, -4, -8, 6, 10.25],
+        ],
+        [-3, 1, -2, 2, 0],
+    ),
+]
+
+
+@pytest.mark.parametrize(("matrix", "gap"), ROUND_AND_ROUND, ids=["three", "four", "five"])
+def test_pairs_that_go_round_change_one_at_a_time(matrix, gap):
+    force, opening = pressed(matrix, gap)
+    assert (force >= 0.0).all()
+    assert opening.min() > -1e-12
+    np.testing.assert_allclose(force * opening, 0.0, atol=1e-12)
+    assert force.any()
+
+
+def test_pairs_that_depend_on_each_other_have_no_answer():
+    with pytest.raises(SolveError, match="2 pairs of nodes cannot all be closed"):
+        pressed([[1.0, 1.0], [1.0, 1.0]], [-1.0, -2.0])
+
+
+def test_faces_that_only_touch_are_not_pressed():
+    """Overlap within the slack stays; beyond it a pair is closed in full."""
+    force, opening = pressed(np.diag([2.0, 2.0]), [-1e-3, -3e-3], slack=2e-3)
+    np.testing.assert_allclose(force, [0.0, 1.5e-3])
+    np.testing.assert_allclose(opening, [-1e-3, 0.0], atol=1e-18)
+
+
+def test_what_a_neighbour_opens_does_not_pull():
+    """Alone both would close; the force of the first opens the second, which then has none."""
+    force, opening = pressed([[2.0, 1.9], [1.9, 2.0]], [-2.0, -1.0])
+    np.testing.assert_allclose(force, [1.0, 0.0])
+    np.testing.assert_allclose(opening, [0.0, 0.9])
+
+
+def test_what_a_neighbour_closes_is_pressed():
+    """Open at first, overlapping as the other one is pressed apart."""
+    force, opening = pressed([[2.0, -1.5], [-1.5, 2.0]], [-2.0, 1.0])
+    assert (force > 0.0).all()
+    np.testing.assert_allclose(opening, 0.0, atol=1e-15)
