@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import xarray as xr
 
@@ -14,13 +15,36 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import growth
 from cfmpm.scene import Scene
 
+# Of every run; growth adds "release", a grid that is reset "reset".
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
-GROWTH_PHASES = (*PHASES, "release")
-RESET_PHASES = (*PHASES, "reset")
-# How the ending begins of a run that no stable state goes on from.
-UNSTABLE = "unstable"
-# And of one that lost the stiffness that holds its nodes.
-UNSOLVABLE = "unsolvable"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a run stands: what is to be solved next, and what that sets out from.
+
+    Attributes
+    ----------
+    body : Body
+    decision : growth.Decision or None
+        The one that made this body.
+    step : int
+        Number of the step that is solved next, growth and load steps counted together.
+    level : int
+        Number of the load step.
+    balance : Equilibrium or None
+        The last one, on this grid; None before the first one, and at small strain where growth has
+        changed the grid.
+    gradients : (p, k, 2) float or None
+        Basis gradients at the quadrature points [1/mm]; None while the grid is new.
+    """
+
+    body: Body
+    decision: growth.Decision | None = None
+    step: int = 1
+    level: int = 0
+    balance: Equilibrium | None = None
+    gradients: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -33,24 +57,25 @@ class State:
     balance : Equilibrium
     configurational_force : (n, 2) float
         At the grid nodes [N/mm].
+    tips : dict of str to array
+        Values at the tips of the grid, (tip,) or (tip, radius), by the names of a history's
+        variables, at the load factor of the balance.
     decision : growth.Decision
         What the cracks do next.
     level : int
         Number of the load step.
-    before : Equilibrium or None
-        What finite deformation set out from, on the grid of the solve.
-    solved : Body
-        As it was solved: `body` itself, but where its grid is reset `body` is in the reference
-        configuration.
+    stage : Stage
+        That was solved, from which the same state is found again. Its body is `body`, but where
+        its grid is reset: there `body` is in the reference configuration.
     """
 
     body: Body
     balance: Equilibrium
     configurational_force: Floats
+    tips: dict[str, Any]
     decision: growth.Decision
     level: int
-    before: Equilibrium | None
-    solved: Body
+    stage: Stage
 
     @property
     def scene(self) -> Scene:

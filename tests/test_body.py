@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cfmpm.grid import Floats
 
 from cfmpm import body as bodies
 from cfmpm.body import Body, GrowthEndError
-from cfmpm.grid import Floats
 from cfmpm.scene import scene_from_dict
 
 AHEAD = np.array([1.0, 0.0])

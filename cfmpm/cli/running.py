@@ -109,11 +109,10 @@ def resume(
         history = open_history(result / HISTORY)
         if scene_file is not None or overrides:
             _require_same_scene(result, history.cfmpm.scene, scene_file, overrides)
-        ending = str(history.attrs["ending"])
-        if ending.startswith(UNFINISHED):
+        if history.attrs["run_status"] == UNFINISHED:
             reason = "is not there: nothing to go on from; run the scene again"
             raise SceneError([Problem(reason, file=str(checkpoint))])
-        typer.echo(f"{result}: nothing to do, the run has ended; {ending}")
+        typer.echo(f"{result}: nothing to do, the run has ended; {history.attrs['ending']}")
 
 
 def _require_same_scene(
@@ -136,7 +135,7 @@ def _require_same_scene(
 
 def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verbose: bool) -> None:
     """Solve a scene from its beginning or a later start, and write and say what was found."""
-    from cfmpm import simulation, state
+    from cfmpm import simulation
     from cfmpm.output import summary, warnings
     from cfmpm.output.run_folder import HISTORY
     from cfmpm.output.run_writer import Keeper
@@ -168,10 +167,10 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
             raise
     if not quiet:
         typer.echo(summary.of_run(result, written))
-    ending = str(result.history.attrs["ending"])
-    if ending.startswith(state.UNSOLVABLE):
+    status, ending = (str(result.history.attrs[name]) for name in ("run_status", "ending"))
+    if status == "unsolvable":
         raise SolveError(f"{ending}. What was found before is in {folder / HISTORY}")
-    if ending.startswith(state.UNSTABLE):
+    if status == "unstable":
         raise SolveError(
             f"{ending}. The last stable state is in {folder / HISTORY}. "
             + " ".join(warnings.ways_on(scene, result.balance))

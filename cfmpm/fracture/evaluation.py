@@ -51,7 +51,7 @@ def evaluate_tips(
     Returns
     -------
     dict of str to array
-        By the names of `results.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
+        By the names of `output.variables.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
         are those of the largest radius.
     """
     grid, body_force = body.grid, balance.load_factor * body.loading.body_force

@@ -18,36 +18,10 @@ from cfmpm.body.grid import Floats, Triangulation
 from cfmpm.body.loads import UnheldError
 from cfmpm.body.materials import region_materials
 from cfmpm.body.points import relocate
+from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.fracture.refinement import refine
 from cfmpm.fracture.release import Release, advance, is_tip
 from cfmpm.meshing import running_size
-
-
-class GrowthEndError(Exception):
-    """A longer crack has left no body that could be solved.
-
-    Attributes
-    ----------
-    triangulation : Triangulation
-        The grid with that crack.
-    grown : Grown
-    """
-
-    def __init__(self, triangulation: Triangulation, grown: Grown, ending: str) -> None:
-        self.triangulation, self.grown = triangulation, grown
-        super().__init__(ending)
-
-
-class SeveredError(GrowthEndError):
-    """A crack has cut off a part that the loads drive away."""
-
-    def __init__(self, triangulation: Triangulation, grown: Grown, centre: Floats) -> None:
-        super().__init__(
-            triangulation,
-            grown,
-            f"severed: the part of the body around ({centre[0]:.4g}, {centre[1]:.4g}) is cut off, "
-            "and the loads drive it away",
-        )
 
 
 def release(body: Body, running: Mapping[str, Floats]) -> Body:
@@ -67,7 +41,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
 
     Raises
     ------
-    GrowthEndError
+    RunEnded
         Where the crack has cut off a part that the loads drive away, or has met the point of a load
         or a support.
     """
@@ -113,13 +87,19 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
         segments=segments,
         fracture_energy=body.grown.fracture_energy + spent,
     )
+    cracks = LastCracks(mesh, grown)
     met = _point_met(mesh, steps)
     if met:
-        raise GrowthEndError(mesh, grown, met)
+        raise RunEnded("met_point", met, cracks=cracks)
     try:
         return compose(scene, mesh, grid, points, domains, quadrature, grown)
     except UnheldError as unheld:
-        raise SeveredError(mesh, grown, unheld.centre) from unheld
+        x, y = unheld.centre
+        text = (
+            f"severed: the part of the body around ({x:.4g}, {y:.4g}) is cut off, and the loads "
+            "drive it away"
+        )
+        raise RunEnded("severed", text, cracks=cracks) from unheld
 
 
 def _toughness_of(mesh: Triangulation, step: Release, toughness: Floats) -> float:

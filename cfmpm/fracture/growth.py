@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
+from cfmpm.ending import RunEnded
 from cfmpm.fracture import criteria, fatigue
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.scene.growth import Fatigue, Growth
@@ -67,7 +68,7 @@ def decide(
     ----------
     grid : Grid
     values : mapping of str to (tip,) array
-        By the names of `results.VARIABLES`.
+        By the names of `output.variables.VARIABLES`.
     g_c : sequence of float or None
         Critical energy release rate of each region [N/mm].
     growth : Growth or None
@@ -192,7 +193,7 @@ def _shut(values: Mapping[str, Any]) -> NDArray[np.bool_]:
     return np.asarray(values["K_I"]) <= -np.abs(values["K_II"])
 
 
-def ending(
+def check_end(
     growth: Growth | None,
     decision: Decision,
     tips: tuple[CrackTip, ...],
@@ -201,8 +202,8 @@ def ending(
     last_level: bool = True,
     last: Decision | None = None,
     grown: Mapping[str, float] | None = None,
-) -> str:
-    """Say why a run ends after this step; empty where it goes on, growing or to the next level.
+) -> None:
+    """End a run that does not go on after this step, growing or to the next level.
 
     Parameters
     ----------
@@ -218,44 +219,59 @@ def ending(
         The one before.
     grown : mapping of str to float, optional
         As in `decide`.
+
+    Raises
+    ------
+    RunEnded
     """
     if growth is None:
-        return "solved: the cracks are stationary" if last_level else ""
+        if last_level:
+            raise RunEnded("solved", "solved: the cracks are stationary")
+        return
     if not tips:
-        return "arrived: no crack ends inside the body any more"
-    if not decision.running:
-        if decision.progress is not None:
-            before = None if last is None else last.progress
-            return _fractured(decision.progress, before, tips, grown or {}) or (
-                "arrested: the range of K of every tip is at or below the threshold, after "
-                f"{decision.progress.cycles:.6g} cycles"
-            )
-        if math.isinf(decision.load_factor):
-            return "stopped: at no load does a tip meet the criterion"
-        return "stopped: no tip meets the criterion" if last_level else ""
-    if steps > growth.increments:
-        return f"increments: growth.increments allows {growth.increments}"
-    return ""
+        raise RunEnded("arrived", "arrived: no crack ends inside the body any more")
+    if decision.running:
+        if steps > growth.increments:
+            text = f"increments: growth.increments allows {growth.increments}"
+            raise RunEnded("increments", text)
+        return
+    if decision.progress is not None:
+        _check_fracture(decision.progress, None if last is None else last.progress, tips, grown)
+        raise RunEnded(
+            "arrested",
+            "arrested: the range of K of every tip is at or below the threshold, after "
+            f"{decision.progress.cycles:.6g} cycles",
+        )
+    if math.isinf(decision.load_factor):
+        raise RunEnded("stopped", "stopped: at no load does a tip meet the criterion")
+    if last_level:
+        raise RunEnded("stopped", "stopped: no tip meets the criterion")
 
 
-def _fractured(
-    now: Progress, before: Progress | None, tips: tuple[CrackTip, ...], grown: Mapping[str, float]
-) -> str:
-    """Say where a tip has reached its toughness under fatigue; empty where none has."""
+def _check_fracture(
+    now: Progress,
+    before: Progress | None,
+    tips: tuple[CrackTip, ...],
+    grown: Mapping[str, float] | None,
+) -> None:
+    """End a run in which a tip has reached its toughness under fatigue."""
     tip = max(tips, key=lambda tip: np.nan_to_num(now.driving[tip.name]))
     part = now.driving[tip.name]
     if not part >= 1.0:
-        return ""
-    if before is None:
-        return f"fractured: {tip.name} reaches g_c in the first cycle"
-    # Between the last two steps, by a straight line.
-    rest = (part - 1.0) / (part - before.driving[tip.name])
-    length = np.hypot(*np.diff(tip.path, axis=0).T).sum() - rest * grown.get(tip.name, 0.0)
-    cycles = now.cycles - rest * (now.cycles - before.cycles)
-    return (
-        f"fractured: {tip.name} reaches g_c at a crack length of {length:.6g} mm, after "
-        f"{cycles:.6g} cycles"
-    )
+        return
+    length = float(np.hypot(*np.diff(tip.path, axis=0).T).sum())
+    cycles, text = now.cycles, f"fractured: {tip.name} reaches g_c in the first cycle"
+    if before is not None:
+        # Between the last two steps, by a straight line.
+        rest = (part - 1.0) / (part - before.driving[tip.name])
+        length -= rest * (grown or {}).get(tip.name, 0.0)
+        cycles -= rest * (now.cycles - before.cycles)
+        text = (
+            f"fractured: {tip.name} reaches g_c at a crack length of {length:.6g} mm, after "
+            f"{cycles:.6g} cycles"
+        )
+    values = {"cycles_to_fracture": cycles, "critical_crack_length": length}
+    raise RunEnded("fractured", text, values=values)
 
 
 def direction(tip: CrackTip, values: Mapping[str, Any], growth: Growth) -> Floats:

@@ -108,7 +108,7 @@ def clip_domains(nodes, elements, changed, anchors, vertices, offsets, owners):
     changed : (c,) int
         The triangles.
     anchors, vertices, offsets
-        As in `pieces.ParticleDomains`.
+        As in `particle_domains.ParticleDomains`.
     owners : (o,) int
         The domains. Every pair is compared by bounding boxes.
 
@@ -200,7 +200,7 @@ def find_cut_domains(anchors, vertices, offsets, a, b):
     Parameters
     ----------
     anchors, vertices, offsets
-        As in `pieces.ParticleDomains`.
+        As in `particle_domains.ParticleDomains`.
     a, b : (2,) float
         [mm].
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from cfmpm import build
 from cfmpm.body import body as bodies
 from cfmpm.body.body import Body, Grown
 from cfmpm.body.grid import Triangulation
@@ -20,13 +19,13 @@ from cfmpm.body.particle_domains import ParticleDomains, Quadrature
 from cfmpm.body.points import MaterialPoints, seed
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import Problem, SceneError
-from cfmpm.fracture import growth
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
 from cfmpm.output.files import written_aside
 from cfmpm.output.history import StepRecord
 from cfmpm.output.record import Origin, Record
 from cfmpm.scene import Scene, effective_config, expand
+from cfmpm.state import Stage
 from cfmpm.updated import reset
 
 
@@ -36,30 +35,14 @@ class Start:
 
     Attributes
     ----------
-    body : Body
+    stage : Stage
         To be solved next.
     record : Record
         The steps so far.
-    decision : growth.Decision or None
-        The one that made this body.
-    level : int
-        Number of the load step.
-    balance : Equilibrium or None
-        What finite deformation sets out from, on this grid.
     """
 
-    body: Body
+    stage: Stage
     record: Record
-    decision: growth.Decision | None = None
-    level: int = 0
-    balance: Equilibrium | None = None
-
-    @classmethod
-    def of(cls, scene: Scene) -> Self:
-        """The beginning of a scene."""
-        body = build.build(scene)
-        record = Record(scene, body.scene, Origin.of(body))
-        return cls(reset.begin(body) if scene.formulation == "updated" else body, record)
 
 
 # Of the layout of the file.
@@ -79,7 +62,8 @@ def write_checkpoint(start: Start, path: Path) -> None:
     path : Path
         An .npz file: arrays as they are, all else as JSON text; no pickle.
     """
-    body, record, decision = start.body, start.record, start.decision
+    record, stage = start.record, start.stage
+    body, decision = stage.body, stage.decision
     mesh = body.triangulation
     texts = {
         "format": FORMAT,
@@ -94,8 +78,8 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "warnings": list(record.warnings),
         "seconds": [step.seconds for step in record.steps],
         "decision": None if decision is None else asdict(decision),
-        "level": start.level,
-        "balance": _numbers(start.balance),
+        "level": stage.level,
+        "balance": _numbers(stage.balance),
         "resets": 0 if body.motion is None else body.motion.resets,
     }
     arrays = {
@@ -108,7 +92,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **_columns("points", body.points),
         **_columns("domains", body.domains),
         **_columns("quadrature", body.quadrature),
-        **_columns("balance", start.balance),
+        **_columns("balance", stage.balance),
         **_steps(record.steps),
         **_motion(body),
     }
@@ -159,13 +143,9 @@ def read_checkpoint(path: Path) -> Start:
         if decision["progress"] is not None:
             decision["progress"] = Progress(**decision["progress"])
         decision = Decision(**decision)
-    return Start(
-        _read_body(arrays, texts, record),
-        record,
-        decision,
-        texts["level"],
-        _read_balance(arrays, texts["balance"]),
-    )
+    record.decision = decision
+    body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])
+    return Start(Stage(body, decision, len(record.steps) + 1, texts["level"], balance), record)
 
 
 def _columns(

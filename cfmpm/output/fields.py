@@ -43,7 +43,7 @@ def state_fields(
     load_factor : float
         At which the fields are wanted.
     attributes : mapping
-        Those that tell where a run comes from, as `results.provenance` gives them; others are left
+        Those that tell where a run comes from, as `output.provenance` gives them; others are left
         out.
 
     Returns

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import xarray as xr
 
-import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
 from cfmpm.interruption import held_back
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
+from cfmpm.ending import RUN_STATUS, Ending
 from cfmpm.fracture.stability import STABILITY
 from cfmpm.output.provenance import provenance
 from cfmpm.output.variables import (
@@ -51,6 +51,7 @@ class StepRecord:
 def build_history(
     scene: Scene,
     records: Sequence[StepRecord],
+    ending: Ending,
     *,
     tips: Sequence[str],
     radii: Sequence[float],
@@ -65,6 +66,8 @@ def build_history(
     scene : Scene
         As the user wrote it; its effective configuration goes into the attributes.
     records : sequence of StepRecord
+    ending : Ending
+        Of the run.
     tips, boundaries : sequence of str
     radii : sequence of float
         Nominal domain radii [mm].
@@ -90,6 +93,10 @@ def build_history(
     data: dict[str, Any] = {}
     variables = VARIABLES if scene.fatigue is None else VARIABLES | OF_FATIGUE
     for name, (dims, units, long_name) in variables.items():
+        if not dims:
+            values = np.array(ending.values.get(name, np.nan))
+            data[name] = ((), values, {"units": units, "long_name": long_name})
+            continue
         values = np.full([sizes[d] for d in dims], np.nan)
         for i, record in enumerate(records):
             if name == "wall_time":
@@ -101,6 +108,11 @@ def build_history(
             values = np.where(np.isnan(values), 1, values).astype(np.int8)
             attributes |= _flags(TIP_STATUS)
         data[name] = (dims, values, attributes)
+    data["run_status"] = (
+        (),
+        np.int8(RUN_STATUS.index(ending.status)),
+        {"units": "1", "long_name": "how the run ended", **_flags(RUN_STATUS)},
+    )
     data["stability"] = (
         STEP,
         np.zeros(len(records), np.int8) if stability is None else stability,
@@ -142,7 +154,8 @@ def build_history(
         name: json.dumps(note, ensure_ascii=False) if isinstance(note, list) else note
         for name, note in notes.items()
     }
-    return xr.Dataset(data, coords, {**provenance(scene), **texts})
+    ended = {"ending": ending.text, "run_status": ending.status}
+    return xr.Dataset(data, coords, {**provenance(scene), **ended, **texts})
 
 
 def _flags(meanings: Sequence[str]) -> dict[str, Any]:

@@ -8,7 +8,6 @@ import time
 from datetime import UTC, datetime
 from typing import Any
 
-import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
 from cfmpm.scene import config_hash, effective_config
 from cfmpm.scene.model import Scene
 from cfmpm.versions import versions

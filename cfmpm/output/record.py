@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -12,14 +12,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm import mechanics
-from cfmpm.body.body import Body, Grown
+from cfmpm.body.body import Body
 from cfmpm.body.grid import Triangulation
+from cfmpm.ending import Ending, LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.output import choices, variables, warnings
 from cfmpm.output.history import StepRecord, build_history
 from cfmpm.scene.model import Scene
+from cfmpm.state import State
 
 # What a tip inside a body does.
 _INSIDE = ("growing", "stopped")
@@ -37,23 +39,20 @@ class Origin:
         The loaded parts.
     radii : list of float
         Nominal domain radii [mm].
-    lengths : dict of str to float
-        Of the cracks [mm].
     """
 
     tips: dict[str, tuple[str, int]]
     boundaries: list[str]
     radii: list[float]
-    lengths: dict[str, float]
 
     @classmethod
     def of(cls, body: Body) -> Self:
         """The origin of a run that starts with a body."""
+        loading = body.loading if body.motion is None else body.motion.loading
         return cls(
             tips={tip.name: (tip.crack, tip.end) for tip in body.grid.tips},
-            boundaries=list(body.loading.boundaries),
+            boundaries=list(loading.boundaries),
             radii=_nominal_radii(body),
-            lengths=_lengths(body.triangulation),
         )
 
 
@@ -76,28 +75,24 @@ class Record:
         self.warnings: dict[str, None] = {}
         self.notes: dict[str, Any] = {}
         self.finite = False
+        self.decision: Decision | None = None
 
-    def add(
-        self,
-        body: Body,
-        balance: Equilibrium,
-        tips: Mapping[str, Any],
-        decision: Decision,
-        seconds: Mapping[str, float],
-    ) -> None:
+    @classmethod
+    def of(cls, scene: Scene, body: Body) -> Self:
+        """The record of a run that starts with a body of a scene."""
+        return cls(scene, body.scene, Origin.of(body))
+
+    def add(self, state: State, seconds: Mapping[str, float]) -> None:
         """Add a state of balance.
 
         Parameters
         ----------
-        body : Body
-        balance : Equilibrium
-        tips : mapping of str to array
-            Values at the tips of the grid, at the load factor of the balance.
-        decision : Decision
-            With the load factor that the step is recorded at.
+        state : State
         seconds : mapping of str to float
             Wall time of each phase of the step [s].
         """
+        body, balance, tips, decision = state.body, state.balance, state.tips, state.decision
+        self.decision = decision
         self.finite = balance.finite
         factor = decision.load_factor
         if not np.isfinite(factor):
@@ -135,23 +130,33 @@ class Record:
         self.warnings |= dict.fromkeys(warnings.doubts(body, balance, scale))
         self.warnings |= dict.fromkeys(warnings.doubts_at_tips(body, tips))
 
-    def add_severed(
-        self,
-        triangulation: Triangulation,
-        seconds: Mapping[str, float],
-        decision: Decision | None,
-        grown: Grown,
-        inside: str = "severed",
-    ) -> list[str]:
-        """Add the last position of the cracks, after which a part of the body is free.
+    def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
+        """Gather the record of a run that has ended.
 
         Parameters
         ----------
-        triangulation : Triangulation
+        end : RunEnded
+            With the last position of the cracks, where they ran on after the last state.
         seconds : mapping of str to float
-        decision : Decision or None
-            The one that made it.
-        grown : Grown
+            Wall time of each phase since that [s].
+        """
+        ending = end.ending
+        if end.cracks is not None:
+            severed = ending.status == "severed"
+            cut = self._add_cracks(end.cracks, seconds, "severed" if severed else "stopped")
+            if severed:
+                ending = replace(ending, text=f"{ending.text}; cut off by {' and '.join(cut)}")
+        return self.history(ending)
+
+    def _add_cracks(
+        self, cracks: LastCracks, seconds: Mapping[str, float], inside: str
+    ) -> list[str]:
+        """Add the last position of the cracks, in a body that is not solved any more.
+
+        Parameters
+        ----------
+        cracks : LastCracks
+        seconds : mapping of str to float
         inside : {"severed", "stopped"}
             What to call tips that have not arrived.
 
@@ -160,36 +165,35 @@ class Record:
         list of str
             The cracks that have arrived in this step.
         """
-        values = self._of_line_ends(triangulation)
+        values = self._of_line_ends(cracks.triangulation)
         status, (growing, stopped) = values["tip_status"], map(variables.TIP_STATUS.index, _INSIDE)
         arrived = status != stopped
         status[~arrived] = variables.TIP_STATUS.index(inside)
         if self.steps:
             arrived &= self.steps[-1].values["tip_status"] == growing
-        if decision is not None and decision.progress is not None:
-            values["cycles"], _ = fatigue.count(decision.progress, grown.segments, {})
+        if self.decision is not None and self.decision.progress is not None:
+            values["cycles"], _ = fatigue.count(self.decision.progress, cracks.grown.segments, {})
         self.steps.append(StepRecord(np.nan, values, seconds))
-        cracks = [crack for crack, _ in self.origin.tips.values()]
-        return list(dict.fromkeys(np.array(cracks)[arrived].tolist()))
+        names = [crack for crack, _ in self.origin.tips.values()]
+        return list(dict.fromkeys(np.array(names)[arrived].tolist()))
 
-    def history(self, ending: str) -> xr.Dataset:
+    def history(self, ending: Ending) -> xr.Dataset:
         """Gather the record into a dataset.
 
         Parameters
         ----------
-        ending : str
-            Why the run ended.
+        ending : Ending
         """
         history = build_history(
             self.scene,
             self.steps,
+            ending,
             stability=self._stability(),
             tips=list(self.origin.tips),
             radii=self.origin.radii,
             boundaries=self.origin.boundaries,
             notes={
                 **self.notes,
-                "ending": ending,
                 "left_out": choices.left_out(self.full, bool(self.origin.tips), finite=self.finite),
             },
         )

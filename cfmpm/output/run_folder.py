@@ -15,7 +15,7 @@ from cfmpm.errors import Problem, SceneError
 HISTORY, CHECKPOINT = "history.nc", "checkpoint.npz"
 # Fields of the end, and of each step with the table of them.
 FIELDS, INDEX = "fields.nc", "fields_index.nc"
-# How the ending of a history begins that is not whole.
+# Status of a run whose history is not whole (`ending.RUN_STATUS`).
 UNFINISHED = "unfinished"
 _LOCK = ".lock"
 # Stands there from the start of a new run until it has written its first step.
@@ -106,7 +106,7 @@ def starting(folder: Path, *, overwrite: bool) -> Iterator[None]:
 
 def is_unfinished(folder: Path) -> bool:
     """Whether a folder holds a run that was broken off after its first step."""
-    return (folder / CHECKPOINT).exists() or ending(folder).startswith(UNFINISHED)
+    return (folder / CHECKPOINT).exists() or run_status(folder) == UNFINISHED
 
 
 def was_killed_at_start(folder: Path) -> bool:
@@ -114,10 +114,10 @@ def was_killed_at_start(folder: Path) -> bool:
     return (folder / _STARTED).exists()
 
 
-def ending(folder: Path) -> str:
-    """Return why the run in a folder ended; empty where that cannot be read."""
+def run_status(folder: Path) -> str:
+    """Return how the run in a folder ended; empty where that cannot be read."""
     history = _history(folder)
-    return "" if history is None else str(history.attrs.get("ending", ""))
+    return "" if history is None else str(history.attrs.get("run_status", ""))
 
 
 def clear(folder: Path) -> None:

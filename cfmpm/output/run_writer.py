@@ -7,7 +7,7 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
-from cfmpm.fracture.growth import Decision
+from cfmpm.ending import Ending
 from cfmpm.mechanics import load_levels
 from cfmpm.output import run_folder as folders
 from cfmpm.output.checkpoint import Start, write_checkpoint
@@ -31,7 +31,7 @@ class Keeper:
     Parameters
     ----------
     folder : Path
-        One that is held (`folder.held`). What an earlier run has left there is taken away as soon
+        One that is held (`run_folder.held`). What an earlier run has left there is taken away as soon
         as there is a whole file to put in its place.
     start : Start or None
         Where the run goes on whose files these are.
@@ -41,7 +41,6 @@ class Keeper:
         self._folder = Path(folder)
         self._record: Record | None = None
         self._start = start
-        self._decision: Decision | None = None if start is None else start.decision
         self._done = 0 if start is None else len(start.record.steps)
         self._new = start is None
         self._series: FieldSeries | None = None
@@ -58,8 +57,7 @@ class Keeper:
         # The next run solves this body again: a state of balance has more to it than is kept.
         before = copy.copy(record)
         before.steps = record.steps[:-1]
-        self._start = Start(state.solved, before, self._decision, state.level, state.before)
-        self._record, self._decision = record, state.decision
+        self._start, self._record = Start(state.stage, before), record
         scene = record.scene
         several = scene.growth is not None or len(load_levels(scene)) > 1
         if (several or scene.output.every is not None) and time.monotonic() >= self._due:
@@ -75,7 +73,7 @@ class Keeper:
             return
         begin = time.monotonic()
         with written_aside(self._folder / HISTORY) as aside:
-            store(self._record.history(f"{UNFINISHED}: {reason}"), aside)
+            store(self._record.history(Ending(UNFINISHED, f"{UNFINISHED}: {reason}")), aside)
             self._take_over()
             write_checkpoint(self._start, self._folder / CHECKPOINT)
         end = time.monotonic()

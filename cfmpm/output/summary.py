@@ -271,7 +271,7 @@ def _growth_facts(result: Result) -> list[tuple[str, str]]:
     whole, growth = result.history, result.scene.growth
     ending = whole.attrs["ending"]
     facts = [("ended", ending), ("increments", f"{whole.sizes['step'] - 1}")]
-    if "cycles" in whole and not ending.startswith("fractured"):
+    if "cycles" in whole and whole.attrs["run_status"] != "fractured":
         facts.append(("cycles", f"{float(whole['cycles'][-1]):.6g}"))
     factor = np.where(np.isfinite(whole["load_factor"]), whole["load_factor"], np.nan)
     if np.ptp(factor[np.isfinite(factor)]) > 0.0:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
-
 TIP_STATUS = (
     "growing",
     "stopped",
@@ -110,6 +108,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 OF_FATIGUE = {
     "cycles": (STEP, "1", "cycles of load so far, by Paris' law"),
     "delta_K": (TIP, _STRESS_INTENSITY, "range of sqrt(K_I^2 + K_II^2) in a cycle"),
+    "cycles_to_fracture": ((), "1", "cycles of load after which the first tip reaches g_c"),
+    "critical_crack_length": ((), "mm", "length of the crack whose tip reaches g_c, at that"),
     "da_dN": (TIP, "mm", "growth per cycle, by Paris' law; zero at and below the threshold"),
 }
 # With which power of the load factor the quantities of a linear scene grow; the others not at all.

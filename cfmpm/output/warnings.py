@@ -381,7 +381,7 @@ def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Ite
     ----------
     body : Body
     values : mapping of str to (tip,) array
-        From `evaluate_tips` and `updated.compare`.
+        From `evaluate_tips` and `reference.compare`.
     """
     if body.motion is None:
         return

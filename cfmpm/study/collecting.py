@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from cfmpm.ending import RUN_STATUS
 from cfmpm.output.provenance import origin
 from cfmpm.output.variables import TIP_STATUS, VARIABLES
 from cfmpm.study import layout
@@ -20,6 +21,8 @@ from cfmpm.study.reading import Member, Plan, program_hash
 Values = NDArray[Any]
 # Steps at which a tip or the body has not been evaluated: those of the last position only.
 NO_STATUS = -1
+# Variables whose values are indices into words.
+STATUS_WORDS = {"tip_status": TIP_STATUS, "run_status": RUN_STATUS}
 
 
 def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
@@ -34,7 +37,7 @@ def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The quantities of `results.VARIABLES` over the parameters, tips, radii and boundaries, and
+        The quantities of `output.variables.VARIABLES` over the parameters, tips, radii and boundaries, and
         where cracks grow or any member has several steps over these, filled up with nan; then with
         the last value of each as ``final_<name>`` besides. Failed members have nan, or the steps
         before they failed.
@@ -88,10 +91,10 @@ def _stacked(found: Sequence[Outcome | None], labels: Mapping[str, list[str]]) -
             if name in one.quantities:
                 values = one.quantities[name][1]
                 at = [
-                    places.get(dim, range(size))
+                    places.get(dim, list(range(size)))
                     for dim, size in zip(dims, values.shape, strict=True)
                 ]
-                whole[i][np.ix_(*at)] = values
+                whole[np.ix_([i], *at)] = values
         variables[name] = (("member", *dims), whole, _with_missing(name, attributes))
     coords = {
         name: (name, np.array(names, dtype=object), {"long_name": meaning})
@@ -105,18 +108,19 @@ def _stacked(found: Sequence[Outcome | None], labels: Mapping[str, list[str]]) -
 
 
 def _missing(name: str, dtype: np.dtype[Any]) -> float:
-    if name == "tip_status":
+    if name in STATUS_WORDS:
         return NO_STATUS
     return np.nan if dtype.kind == "f" else 0
 
 
 def _with_missing(name: str, attributes: Mapping[str, Any]) -> dict[str, Any]:
-    if name != "tip_status":
+    if name not in STATUS_WORDS:
         return dict(attributes)
+    words = STATUS_WORDS[name]
     return {
         **attributes,
-        "flag_values": np.arange(NO_STATUS, len(TIP_STATUS), dtype=np.int8),
-        "flag_meanings": " ".join(("none", *TIP_STATUS)),
+        "flag_values": np.arange(NO_STATUS, len(words), dtype=np.int8),
+        "flag_meanings": " ".join(("none", *words)),
     }
 
 

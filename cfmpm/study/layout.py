@@ -43,7 +43,7 @@ LAST = (
 )
 RESERVED = {
     *(SAMPLE, *DIMENSIONS, *VARIABLES, *OF_FATIGUE, *OF_MEMBERS, *FROM_STEPS),
-    *("load_factor", "stability"),
+    *("load_factor", "run_status", "stability"),
     *(f"final_{name}" for name in LAST),
     *(f"{name}_spread" for name in VARIABLES),
 }

@@ -69,7 +69,8 @@ def solve(key: str, scene: Scene) -> Outcome:
         Of the member.
     scene : Scene
     """
-    from cfmpm import simulation, state
+    from cfmpm import simulation
+    from cfmpm.ending import LOST, Ending
 
     begin = time.perf_counter()
     records: list[Record] = []
@@ -87,13 +88,14 @@ def solve(key: str, scene: Scene) -> Outcome:
     except Exception as error:  # no member that shows up a fault is the end of a study
         reason, lasting = f"{type(error).__name__}: {error}", False
     else:
-        ending = str(history.attrs["ending"])
-        unstable = ending.startswith((state.UNSTABLE, state.UNSOLVABLE))
-        status, reason = ("unstable", ending) if unstable else ("done", "")
+        if history.attrs["run_status"] in LOST:
+            status, reason = "unstable", str(history.attrs["ending"])
+        else:
+            status = "done"
     if status == "failed":
         if not records:
             return Outcome(key, status, reason, time.perf_counter() - begin, lasting)
-        history = records[0].history(f"failed: {reason}")
+        history = records[0].history(Ending("failed", f"failed: {reason}"))
     return Outcome(
         key=key,
         status=status,

@@ -7,6 +7,7 @@ import pytest
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
+from cfmpm.ending import RunEnded
 from cfmpm.fracture import criteria, growth
 from cfmpm.scene.growth import Growth
 
@@ -100,11 +101,30 @@ def test_a_sharp_turn_is_not_extrapolated():
     np.testing.assert_allclose(np.degrees(np.arctan2(ahead[1], ahead[0])), 95.0)
 
 
-def test_reasons_to_end():
-    goes_on = growth.Decision(1.0, {"crack_1_end": np.array([1.0, 0.0])})
-    config = Growth(increments=3)
-    assert growth.ending(None, goes_on, GRID.tips, 1).startswith("solved")
-    assert growth.ending(config, goes_on, (), 1).startswith("arrived")
-    assert growth.ending(config, growth.Decision(1.0, {}), GRID.tips, 1).startswith("stopped")
-    assert growth.ending(config, goes_on, GRID.tips, 3) == ""
-    assert growth.ending(config, goes_on, GRID.tips, 4).startswith("increments")
+GOES_ON = growth.Decision(1.0, {"crack_1_end": np.array([1.0, 0.0])})
+STOPS = growth.Decision(1.0, {})
+CONFIG = Growth(increments=3)
+
+
+@pytest.mark.parametrize(
+    ("config", "decision", "tips", "step", "status"),
+    [
+        (None, GOES_ON, GRID.tips, 1, "solved"),
+        (CONFIG, GOES_ON, (), 1, "arrived"),
+        (CONFIG, STOPS, GRID.tips, 1, "stopped"),
+        (CONFIG, growth.Decision(np.inf, {}), GRID.tips, 1, "stopped"),
+        (CONFIG, GOES_ON, GRID.tips, 4, "increments"),
+    ],
+)
+def test_reasons_to_end(config, decision, tips, step, status):
+    with pytest.raises(RunEnded) as end:
+        growth.check_end(config, decision, tips, step)
+    assert end.value.ending.status == status
+    assert end.value.ending.text.startswith(f"{status}: ")
+    assert end.value.cracks is None
+
+
+def test_no_reason_to_end():
+    growth.check_end(CONFIG, GOES_ON, GRID.tips, 3)
+    growth.check_end(None, GOES_ON, GRID.tips, 1, last_level=False)
+    growth.check_end(CONFIG, STOPS, GRID.tips, 1, last_level=False)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cfmpm.grid import Floats, Grid, build_grid
 from structured import rectangle
 
 from cfmpm.fracture import growth
 from cfmpm.fracture.growth import Decision
-from cfmpm.grid import Floats, Grid, build_grid
 from cfmpm.scene.model import Growth
 
 # An inner crack from x = 2/8 to 5/8 at half the height.

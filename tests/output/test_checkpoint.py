@@ -17,18 +17,23 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
-from cfmpm import simulation
+from cfmpm import simulation, steps
 from cfmpm.cli.app import app
 from cfmpm.equilibrium import small_strain
 from cfmpm.errors import SceneError, SolveError
-from cfmpm.output import checkpoint
-from cfmpm.output.checkpoint import read_checkpoint, write_checkpoint
+from cfmpm.output.checkpoint import Start, read_checkpoint, write_checkpoint
 from cfmpm.output.fields_by_step import list_fields
 from cfmpm.output.record import Record
 from cfmpm.output.run_folder import CHECKPOINT, HISTORY, UNFINISHED
 from cfmpm.output.run_writer import SHARE, Keeper
-from cfmpm.scene import scene_from_dict
+from cfmpm.scene import Scene, scene_from_dict
 from cfmpm.state import State
+
+
+def beginning(scene: Scene) -> Start:
+    stage = steps.begin(scene)
+    return Start(stage, Record.of(scene, stage.body))
+
 
 # Two cracks, of which the ends of one are both tips; a support that is a point; a region.
 GROWTH = {"control": "crack", "increments": 9}
@@ -182,7 +187,7 @@ def test_a_damaged_file_is_named(tmp_path: Path) -> None:
 
 def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / CHECKPOINT
-    start = checkpoint.Start.of(scene_from_dict(SCENE))
+    start = beginning(scene_from_dict(SCENE))
     monkeypatch.setattr("cfmpm.output.checkpoint.FORMAT", 0)
     write_checkpoint(start, path)
     monkeypatch.undo()
@@ -194,7 +199,7 @@ def test_a_half_written_checkpoint_leaves_the_last_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / CHECKPOINT
-    start = checkpoint.Start.of(scene_from_dict(SCENE))
+    start = beginning(scene_from_dict(SCENE))
     write_checkpoint(start, path)
     before = path.read_bytes()
 
@@ -286,7 +291,7 @@ def test_a_run_that_breaks_off_keeps_what_it_found(
     folder = Path("results/small")
     with xr.open_dataset(folder / HISTORY) as history:
         assert history.sizes["step"] == 5
-        assert history.attrs["ending"].startswith(UNFINISHED)
+        assert history.attrs["run_status"] == UNFINISHED
     if status == 1:
         assert "step 6: no balance" in result.stderr
     resumed = call("resume", folder, scene_file)
@@ -334,7 +339,7 @@ def test_a_run_that_ends_without_balance_is_no_success(
     assert "cfmpm: unsolvable: growth.transfer: paper took stiffness away" in result.stderr
     assert "What was found before is in results/small/history.nc" in result.stderr
     with xr.open_dataset("results/small/history.nc") as history:
-        assert history.attrs["ending"].startswith("unsolvable")
+        assert history.attrs["run_status"] == "unsolvable"
     assert not Path("results/small", CHECKPOINT).exists()
 
 
@@ -519,7 +524,7 @@ def test_kill_9_of_a_run_as_it_is_shipped(scene_file: Path) -> None:
     folder = Path("results/small")
     history = xr.load_dataset(folder / HISTORY)
     assert 1 <= history.sizes["step"] <= 5
-    assert history.attrs["ending"].startswith(UNFINISHED)
+    assert history.attrs["run_status"] == UNFINISHED
     assert "broken off" in call("run", scene_file).stderr
     assert call("resume", folder).exit_code == 0
     same(xr.load_dataset("whole/history.nc"), xr.load_dataset(folder / HISTORY))

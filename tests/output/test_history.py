@@ -8,9 +8,12 @@ import pytest
 import xarray as xr
 
 import cfmpm
+from cfmpm.ending import RUN_STATUS, Ending
 from cfmpm.output import files, variables
 from cfmpm.output.history import StepRecord, build_history
 from cfmpm.scene.reading import scene_from_dict
+
+ENDING = Ending("solved", "solved: all of it")
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +50,7 @@ def test_round_trip_through_netcdf(history, tmp_path):
 def test_attributes_keep_their_kind_in_the_file(history, tmp_path, entries):
     scene = scene_from_dict(json.loads(history.attrs["config"]))
     notes = {"warnings": entries, "domain_clearance": [0.1], "solver": "amg", "iterations": 3}
-    made = build_history(scene, [], tips=[], radii=[], boundaries=[], notes=notes)
+    made = build_history(scene, [], ENDING, tips=[], radii=[], boundaries=[], notes=notes)
     files.write_dataset(made, tmp_path / "history.nc")
     with xr.open_dataset(tmp_path / "history.nc") as read:
         assert {k: type(v)(read.attrs[k]) for k, v in made.attrs.items()} == made.attrs
@@ -106,13 +109,19 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(history, tmp_path, monk
 def test_time_stamps_follow_source_date_epoch(history, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     scene = scene_from_dict(json.loads(history.attrs["config"]))
-    empty = build_history(scene, [], tips=[], radii=[], boundaries=[], notes={})
+    empty = build_history(scene, [], ENDING, tips=[], radii=[], boundaries=[], notes={})
     assert empty.attrs["date_created"] == "1970-01-01T00:00:00Z"
 
 
 def test_what_was_not_computed_is_nan(history):
     assert np.isnan(history.critical_load_factor).all()
     assert history.tip_status.dtype == np.int8
+
+
+def test_how_a_run_ended_is_a_flag_and_an_attribute(history):
+    words = history.run_status.attrs["flag_meanings"].split()
+    assert words == list(RUN_STATUS)
+    assert words[int(history.run_status)] == history.attrs["run_status"] == "solved"
 
 
 def test_spread_is_the_range_over_radii(history):
@@ -126,6 +135,6 @@ def test_angles_that_go_past_half_a_turn_are_not_far_apart(history):
     scene = scene_from_dict(json.loads(history.attrs["config"]))
     step = StepRecord(1.0, {"cf_angle_radius": np.array([[178.0, -178.0, 176.0]])}, {})
     built = build_history(
-        scene, [step], tips=["tip"], radii=[1.0, 2.0, 3.0], boundaries=[], notes={}
+        scene, [step], ENDING, tips=["tip"], radii=[1.0, 2.0, 3.0], boundaries=[], notes={}
     )
     assert float(built.cf_angle_spread[0, 0]) == 6.0

@@ -9,13 +9,12 @@ import xarray as xr
 from growing_scene import growing
 from typer.testing import CliRunner
 
+from cfmpm.api import Result, run
 from cfmpm.cli.app import app
 from cfmpm.errors import SceneError
 from cfmpm.output.run_folder import CHECKPOINT, held, is_unfinished
 from cfmpm.output.run_writer import Keeper
 from cfmpm.scene import scene_from_dict
-from cfmpm.simulation import run
-from cfmpm.state import Result
 
 
 @pytest.fixture(scope="module")

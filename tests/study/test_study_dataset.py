@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from study_texts import FAILING, GROWING, STUDY, UNCRACKED, write_study
 
+import cfmpm.accessor  # noqa: F401  (``ds.cfmpm``)
 from cfmpm import simulation
 from cfmpm.errors import SceneError
 from cfmpm.meshing.session import gmsh_session

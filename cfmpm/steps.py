@@ -1,0 +1,169 @@
+"""The steps of the method as calls that take and return one record (paper section 4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cfmpm import mechanics
+from cfmpm.body import body as bodies
+from cfmpm.body.materials import lame_constants, region_materials
+from cfmpm.build import build
+from cfmpm.clock import Clock
+from cfmpm.ending import LastCracks, RunEnded
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.errors import SolveError
+from cfmpm.fracture import growing, growth
+from cfmpm.fracture.evaluation import evaluate_tips
+from cfmpm.scene import Scene
+from cfmpm.state import Stage, State
+from cfmpm.updated import reference, reset
+
+
+def begin(scene: Scene) -> Stage:
+    """Make the grid with cracks as doubled nodes, material points and loads (step 1)."""
+    body = build(scene)
+    return Stage(reset.begin(body) if scene.formulation == "updated" else body)
+
+
+def locate(at: Stage, clock: Clock) -> Stage:
+    """Find the triangles of the points and the basis gradients there, on a new grid (step 2)."""
+    if at.gradients is not None:
+        return at
+    with clock("points"):
+        return replace(at, gradients=mechanics.prepare(at.body))
+
+
+def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
+    """Bring a body into balance at its load step, and update its points (steps 3 to 6).
+
+    Parameters
+    ----------
+    at : Stage
+        Located.
+    before : State or None
+        The last state of balance of this run.
+    clock : Clock
+
+    Raises
+    ------
+    RunEnded
+        Where no state of balance goes on from the one before.
+    SolveError
+        Where there is none to begin with.
+    """
+    assert at.gradients is not None
+    body, factor = at.body, mechanics.load_levels(at.body.scene)[at.level]
+    try:
+        balance = mechanics.solve(body, at.gradients, at.balance, factor, clock)
+    except SolveError as failure:
+        error = SolveError(f"step {at.step}: {failure}")
+        if before is None:
+            raise error from failure
+        settings = body.scene.growth
+        if settings is not None and settings.transfer == "paper":
+            text = f"unsolvable: growth.transfer: paper took stiffness away; {failure}"
+            cracks = LastCracks(body.triangulation, body.grown)
+            raise RunEnded("unsolvable", text, cracks=cracks) from failure
+        if before.balance.finite:
+            raise RunEnded("unstable", f"unstable: {failure}") from failure
+        raise error from failure
+    bodies.update_owners(body)
+    return balance
+
+
+def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
+    """Evaluate the tips: configurational force, J, K_I, K_II, T, and which of them run (step 7)."""
+    assert at.gradients is not None
+    body, scene = at.body, at.body.scene
+    with clock("fracture"):
+        lame = lame_constants(scene, body.grid.region_names)
+        g_c = [material.g_c for material in region_materials(scene, body.grid.region_names)]
+        seen = reference.in_reference(body, at.gradients, balance)
+        nodal = mechanics.nodal_force(*seen)
+        plastic = mechanics.plastic_nodal_force(*seen)
+        tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c, plastic)
+        tips |= reference.compare(body, at.gradients, balance)
+        factor = balance.load_factor if balance.finite else mechanics.load_levels(scene)[at.level]
+        decision = growth.decide(
+            body.grid,
+            tips,
+            g_c,
+            scene.growth,
+            at.decision,
+            factor,
+            balance.scale(factor),
+            law=scene.fatigue,
+            grown=body.grown.segments,
+            blind=body.blind_tips,
+        )
+    return State(
+        body=seen[0],
+        balance=seen[2],
+        configurational_force=nodal,
+        tips=tips,
+        decision=decision,
+        level=at.level,
+        stage=replace(at, gradients=None, balance=_kept(at.balance)),
+    )
+
+
+def _kept(balance: Equilibrium | None) -> Equilibrium | None:
+    """What the same state is found from again: at small strain it is solved for from the start."""
+    return balance if balance is not None and balance.finite else None
+
+
+def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
+    """End a run that does not go on from a state, growing or to the next load step.
+
+    Parameters
+    ----------
+    at : Stage
+        That was solved.
+    balance : Equilibrium
+    state : State
+
+    Raises
+    ------
+    RunEnded
+    """
+    if balance.stopped:
+        raise RunEnded("unstable", f"unstable: {balance.stopped}")
+    scene = at.body.scene
+    growth.check_end(
+        scene.growth,
+        state.decision,
+        at.body.grid.tips,
+        at.step,
+        last_level=at.level + 1 == len(mechanics.load_levels(scene)),
+        last=at.decision,
+        grown=at.body.grown.segments,
+    )
+
+
+def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
+    """Align segments with the directions, double nodes, redefine the grid (step 8)."""
+    with clock("release"):
+        body = growing.release(at.body, state.decision.running)
+        carried = mechanics.carry_over(balance, state.grid, body.grid)
+    return Stage(body, state.decision, at.step + 1, at.level, carried)
+
+
+def advance(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
+    """Go to the next load step, on a grid that is reset where the formulation asks for it (step 9).
+
+    Raises
+    ------
+    RunEnded
+        Where the grid cannot be reset.
+    """
+    following = replace(
+        at, decision=state.decision, step=at.step + 1, level=at.level + 1, balance=balance
+    )
+    if at.body.motion is None:
+        return following
+    try:
+        with clock("reset"):
+            body, at_rest = reset.reset(at.body, balance)
+    except SolveError as error:
+        raise RunEnded("unstable", f"unstable: {error}") from error
+    return replace(following, body=body, balance=at_rest, gradients=None)
