@@ -51,8 +51,8 @@ def evaluate_tips(
     Returns
     -------
     dict of str to array
-        By the names of `output.variables.VARIABLES`, (tip,) or (tip, radius). Values without ``_radius``
-        are those of the largest radius.
+        By the names of a history's variables, (tip,) or (tip, radius). Values without
+        ``_radius`` are those of the largest radius.
     """
     grid, body_force = body.grid, balance.load_factor * body.loading.body_force
     openings = smallest_openings(grid, balance.displacement, balance.finite)

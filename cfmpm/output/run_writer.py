@@ -31,8 +31,8 @@ class Keeper:
     Parameters
     ----------
     folder : Path
-        One that is held (`run_folder.held`). What an earlier run has left there is taken away as soon
-        as there is a whole file to put in its place.
+        One that is held (`run_folder.held`). What an earlier run has left there is taken away as
+        soon as there is a whole file to put in its place.
     start : Start or None
         Where the run goes on whose files these are.
     """

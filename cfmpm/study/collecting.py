@@ -37,8 +37,8 @@ def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The quantities of `output.variables.VARIABLES` over the parameters, tips, radii and boundaries, and
-        where cracks grow or any member has several steps over these, filled up with nan; then with
+        The quantities of a history over the parameters, tips, radii and boundaries, and where
+        cracks grow or any member has several steps over these, filled up with nan; then with
         the last value of each as ``final_<name>`` besides. Failed members have nan, or the steps
         before they failed.
     """
