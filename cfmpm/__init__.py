@@ -9,13 +9,14 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from cfmpm._version import __version__
+
 if TYPE_CHECKING:
     from cfmpm.accessor import open_history
     from cfmpm.api import Result, run
     from cfmpm.errors import MeshError, SceneError, SolveError
     from cfmpm.scene import Scene, load_scene, scene_from_dict
 
-__version__ = "0.1.0"
 __all__ = [
     "MeshError",
     "Result",

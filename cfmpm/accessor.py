@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from cfmpm.errors import Problem, SceneError
-from cfmpm.output.analysis import tip_path
+from cfmpm.output.analysis import energy_balance, tip_path
 from cfmpm.output.reading import read_result
 
 if TYPE_CHECKING:
@@ -180,29 +180,8 @@ class History:
         return self._drawn(draw_tip_cf, axes)
 
     def energy_balance(self) -> xr.Dataset:
-        """Account for the work of the loads.
-
-        Returns
-        -------
-        xarray.Dataset
-            By step [N mm per mm of thickness]: ``external_work``, ``strain_energy``,
-            ``fracture_energy``, of plastic materials ``plastic_work``, and what is ``missing``, the
-            first less the others. At a load that makes a crack just run this is the error of the
-            steps; at a load above that it is also what is set free beyond g_c. Without g_c it is
-            nan as soon as a crack grows.
-        """
-        spent = ["strain_energy", "fracture_energy"]
-        if "plastic_work" in self._history and self._history["plastic_work"].notnull().any():
-            spent.append("plastic_work")
-        terms = self._history[["external_work", *spent]]
-        missing = terms["external_work"] - sum(terms[name] for name in spent)
-        missing.attrs = {
-            "units": self._history["external_work"].attrs.get("units", "N"),
-            "long_name": "work of the loads less all else",
-        }
-        return terms.assign(missing=missing).assign_attrs(
-            title=f"Energy balance of {self._history.attrs.get('title', 'a run')}"
-        )
+        """Account for the work of the loads; see `output.analysis.energy_balance`."""
+        return energy_balance(self._history)
 
     def _drawn(self, draw: Callable[..., Axes], axes: Axes | None, *more: Any) -> Axes:
         """Draw over the body, by default in a new figure that fits it, which a notebook shows."""

@@ -6,7 +6,7 @@ import platform
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
-from cfmpm import __version__
+from cfmpm._version import __version__
 
 # Packages of which another version may give other bits. Which of the solvers are installed decides
 # which one is chosen.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from cfmpm import __version__
+from cfmpm._version import __version__
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 
 if TYPE_CHECKING:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.output.variables import TIP_STATUS
-
-if TYPE_CHECKING:
-    pass
 
 # How many elements a ligament needs that a crack is to pass through.
 LIGAMENT = 3.0
@@ -31,6 +26,7 @@ def resolved_steps(tip: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
+    """Steps of a tip but for those within the last elements before an arrival, (step,)."""
     place = np.column_stack([tip["tip_x"], tip["tip_y"]])
     rest = np.append(np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1], 0.0)
     h = tip["tip_size"].values
@@ -72,3 +68,34 @@ def new_length(history: xr.Dataset) -> NDArray[np.float64]:
     places = history[["tip_x", "tip_y"]].transpose("step", "tip")
     steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
     return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])
+
+
+def energy_balance(history: xr.Dataset) -> xr.Dataset:
+    """Account for the work of the loads.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        Of one run.
+
+    Returns
+    -------
+    xarray.Dataset
+        By step [N mm per mm of thickness]: ``external_work``, ``strain_energy``,
+        ``fracture_energy``, of plastic materials ``plastic_work``, and what is ``missing``, the
+        first less the others. At a load that makes a crack just run this is the error of the
+        steps; at a load above that it is also what is set free beyond g_c. Without g_c it is nan as
+        soon as a crack grows.
+    """
+    spent = ["strain_energy", "fracture_energy"]
+    if "plastic_work" in history and history["plastic_work"].notnull().any():
+        spent.append("plastic_work")
+    terms = history[["external_work", *spent]]
+    missing = terms["external_work"] - sum(terms[name] for name in spent)
+    missing.attrs = {
+        "units": history["external_work"].attrs.get("units", "N"),
+        "long_name": "work of the loads less all else",
+    }
+    return terms.assign(missing=missing).assign_attrs(
+        title=f"Energy balance of {history.attrs.get('title', 'a run')}"
+    )

@@ -10,9 +10,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from cfmpm.accessor import History
 from cfmpm.body.grid import Floats
-from cfmpm.output.analysis import new_length
+from cfmpm.output.analysis import energy_balance, new_length
 from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting.curves import STYLES, draw_curve
 from cfmpm.plotting.style import BLACK, BLUE, GREY, LIGHT_GREY, ORANGE, VERMILLION
@@ -250,9 +249,9 @@ def draw_energy(axes: Axes, history: xr.Dataset) -> Axes:
     Returns
     -------
     Axes
-        With the terms of :meth:`cfmpm.accessor.History.energy_balance`.
+        With the terms of `output.analysis.energy_balance`.
     """
-    balance, grown = History(history).energy_balance(), new_length(history)
+    balance, grown = energy_balance(history), new_length(history)
     for name, label, style, line in (
         ("external_work", "work of the loads", 6, "-"),
         ("strain_energy", "strain energy", 0, "-"),
