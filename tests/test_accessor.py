@@ -19,10 +19,9 @@ from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
 
 import cfmpm
+from cfmpm.api import Result, run
 from cfmpm.output.files import write_dataset
 from cfmpm.scene import scene_from_dict
-from cfmpm.simulation import run
-from cfmpm.state import Result
 from cfmpm.study import expansion
 from cfmpm.study.collecting import collect
 from cfmpm.study.member import solve

@@ -70,28 +70,7 @@ def state_fields(
 
     node: dict[str, Any] = {"mesh": "grid", "location": "node"}
     face: dict[str, Any] = {"mesh": "grid", "location": "face"}
-    data: dict[str, Any] = {
-        "grid": ((), np.int32(0), _topology()),
-        "face_nodes": (
-            ("face", "corner"),
-            faces.astype(np.int32),
-            {
-                "cf_role": "face_node_connectivity",
-                "long_name": "nodes of a face",
-                "start_index": np.int32(0),
-            },
-        ),
-        "element": ("face", element.astype(np.int32), face | _said("1", "element of the grid")),
-        "region": (
-            "face",
-            grid.regions[element].astype(np.int32),
-            face
-            | _said("1", "part of the body with a material of its own")
-            | {
-                "flag_values": np.arange(len(grid.region_names), dtype=np.int32),
-                "flag_meanings": " ".join(grid.region_names),
-            },
-        ),
+    data: dict[str, Any] = _of_grid(grid, faces, element, face) | {
         "point_volume": ("point", points.volume, _said("mm2", "volume per mm of thickness")),
         "point_element": ("point", points.element.astype(np.int32), _said("1", "element")),
     }
@@ -121,6 +100,33 @@ def state_fields(
     # 64 bits overwrite its memory.
     fields["face_nodes"].encoding |= {"_FillValue": np.int32(-1), "dtype": "int32"}
     return fields
+
+
+def _of_grid(grid: Grid, faces: Ints, element: Ints, face: dict[str, Any]) -> dict[str, Any]:
+    """The grid itself: its faces, their elements and regions."""
+    return {
+        "grid": ((), np.int32(0), _topology()),
+        "face_nodes": (
+            ("face", "corner"),
+            faces.astype(np.int32),
+            {
+                "cf_role": "face_node_connectivity",
+                "long_name": "nodes of a face",
+                "start_index": np.int32(0),
+            },
+        ),
+        "element": ("face", element.astype(np.int32), face | _said("1", "element of the grid")),
+        "region": (
+            "face",
+            grid.regions[element].astype(np.int32),
+            face
+            | _said("1", "part of the body with a material of its own")
+            | {
+                "flag_values": np.arange(len(grid.region_names), dtype=np.int32),
+                "flag_meanings": " ".join(grid.region_names),
+            },
+        ),
+    }
 
 
 def linear_faces(grid: Grid) -> tuple[Ints, Ints]:

@@ -124,20 +124,7 @@ def build_history(
             **_flags(STABILITY),
         },
     )
-    for name in SPREAD:
-        values = data[f"{name}_radius"][1]
-        if VARIABLES[name][1] == "degree":
-            values = np.unwrap(values, period=360.0, axis=2)
-        spread = np.ptp(values, axis=2) if len(radii) > 1 else np.full(values.shape[:2], np.nan)
-        data[f"{name}_spread"] = (
-            TIP,
-            spread,
-            {
-                "units": VARIABLES[name][1],
-                "long_name": f"largest less smallest {name} over the radii: its uncertainty as "
-                "far as the domain goes; the error of the grid comes on top",
-            },
-        )
+    data |= {f"{name}_spread": _spread(name, data[f"{name}_radius"][1]) for name in SPREAD}
     coords = {
         "step": ("step", np.arange(1, len(records) + 1), {"long_name": "load or growth step"}),
         "load_factor": (
@@ -156,6 +143,22 @@ def build_history(
     }
     ended = {"ending": ending.text, "run_status": ending.status}
     return xr.Dataset(data, coords, {**provenance(scene), **ended, **texts})
+
+
+def _spread(name: str, values: NDArray[np.float64]) -> tuple[Any, ...]:
+    """Range of a quantity, (step, tip, radius), over the radii."""
+    if VARIABLES[name][1] == "degree":
+        values = np.unwrap(values, period=360.0, axis=2)
+    several = values.shape[2] > 1
+    return (
+        TIP,
+        np.ptp(values, axis=2) if several else np.full(values.shape[:2], np.nan),
+        {
+            "units": VARIABLES[name][1],
+            "long_name": f"largest less smallest {name} over the radii: its uncertainty as far as "
+            "the domain goes; the error of the grid comes on top",
+        },
+    )
 
 
 def _flags(meanings: Sequence[str]) -> dict[str, Any]:
