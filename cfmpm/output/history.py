@@ -108,22 +108,7 @@ def build_history(
             values = np.where(np.isnan(values), 1, values).astype(np.int8)
             attributes |= _flags(TIP_STATUS)
         data[name] = (dims, values, attributes)
-    data["run_status"] = (
-        (),
-        np.int8(RUN_STATUS.index(ending.status)),
-        {"units": "1", "long_name": "how the run ended", **_flags(RUN_STATUS)},
-    )
-    data["stability"] = (
-        STEP,
-        np.zeros(len(records), np.int8) if stability is None else stability,
-        {
-            "units": "1",
-            "long_name": "growth from this step on, under crack control",
-            "comment": "stable: the force rises; unstable: it falls; snap_back: so does the "
-            "displacement",
-            **_flags(STABILITY),
-        },
-    )
+    data |= _status(ending, len(records), stability)
     data |= {f"{name}_spread": _spread(name, data[f"{name}_radius"][1]) for name in SPREAD}
     coords = {
         "step": ("step", np.arange(1, len(records) + 1), {"long_name": "load or growth step"}),
@@ -143,6 +128,30 @@ def build_history(
     }
     ended = {"ending": ending.text, "run_status": ending.status}
     return xr.Dataset(data, coords, {**provenance(scene), **ended, **texts})
+
+
+def _status(
+    ending: Ending, steps: int, stability: NDArray[np.int8] | None
+) -> dict[str, tuple[Any, ...]]:
+    """How the run ended, and how the cracks go on from each step."""
+    return {
+        "run_status": (
+            (),
+            np.int8(RUN_STATUS.index(ending.status)),
+            {"units": "1", "long_name": "how the run ended", **_flags(RUN_STATUS)},
+        ),
+        "stability": (
+            STEP,
+            np.zeros(steps, np.int8) if stability is None else stability,
+            {
+                "units": "1",
+                "long_name": "growth from this step on, under crack control",
+                "comment": "stable: the force rises; unstable: it falls; snap_back: so does the "
+                "displacement",
+                **_flags(STABILITY),
+            },
+        ),
+    }
 
 
 def _spread(name: str, values: NDArray[np.float64]) -> tuple[Any, ...]:
