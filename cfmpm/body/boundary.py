@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.registry.loads import LOADS
 from cfmpm.scene.geometry import Body
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
@@ -90,7 +91,7 @@ def nodes_and_weights(load: Load, grid: Grid, segments: Segments) -> tuple[Ints,
     nodes, inverse = np.unique(segments.edges, return_inverse=True)
     weights = np.zeros(len(nodes))
     np.add.at(weights, inverse.ravel(), segments.weights.ravel())
-    if load.box is not None and load.displacement is not None:
+    if load.box is not None and LOADS[load.kind].holds:
         low, high = _corners(load.box, grid)
         within = np.all((grid.nodes[nodes] >= low) & (grid.nodes[nodes] <= high), axis=1)
         nodes, weights = nodes[within], weights[within]

@@ -4,37 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from cfmpm.body.applied import Place
 from cfmpm.body.boundary import Segments, find_segments, nodes_and_weights
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.points import MaterialPoints
+from cfmpm.body.rigid_motions import BALANCE, hold_rigid_motions, loose_motions
 from cfmpm.errors import Problem, SceneError
 from cfmpm.kernels import assembly, basis
-from cfmpm.linear.solvers import rigid_body_modes
+from cfmpm.registry.loads import LOADS
+from cfmpm.registry.table import load as find
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
-
-# Loads are in equilibrium when their resultant is below this part of the sum of their moduli.
-BALANCE = 1e-9
-
-
-class UnheldError(SceneError):
-    """A part of the body is free to move, and the loads drive it.
-
-    Attributes
-    ----------
-    centre : (2,) float
-        Of the nodes of that part [mm].
-    """
-
-    def __init__(self, problems: list[Problem], centre: Floats) -> None:
-        self.centre = centre
-        super().__init__(problems)
 
 
 @dataclass(frozen=True)
@@ -148,90 +133,123 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     UnheldError
         Where a motion is not held and the loads would drive it.
     """
-    n = len(grid.nodes)
-    prescribed = np.zeros((n, 2), bool)
-    values = np.zeros((n, 2))
-    force = np.zeros((n, 2))
-    own_weight = np.zeros((n, 2))
-    density = np.zeros(2)
-    boundaries: dict[str, Boundary] = {}
+    nodal = _NodalValues.of(grid)
     problems: list[Problem] = []
-    owner: dict[tuple[int, int], int] = {}
-    tractions: list[tuple[int, Segments]] = []
-    for i, load in enumerate(scene.loads):
-        if load.body_force is not None:
-            density += load.body_force
-            continue
-        if load.point is not None:
-            nodes, weights = np.array([grid.points[str(load.name)]]), np.ones(1)
-        else:
-            segments = find_segments(load, scene, grid)
-            nodes, weights = nodes_and_weights(load, grid, segments)
-            if load.traction is not None:
-                tractions.append((i, segments))
-        if nodes.size == 0:
+    places = [_place_of(load, scene, grid) for load in scene.loads]
+    for i, (load, place) in enumerate(zip(scene.loads, places, strict=True)):
+        if LOADS[load.kind].places and place.nodes.size == 0:
             reason = "no part of the boundary lies in the box"
-            if len(segments.edges):
+            if place.segments is not None and len(place.segments.edges):
                 reason = "no node of the boundary lies in the box: the grid is too coarse for it"
             problems.append(Problem(reason, f"loads[{i}].box"))
             continue
-        applied = np.zeros((len(nodes), 2))
-        if load.traction is not None:
-            applied = weights[:, None] * np.array(load.traction)
-        if load.force is not None:
-            applied[0] = load.force
-        force[nodes] += applied
-        holds = np.zeros((len(nodes), 2), bool)
-        if load.displacement is not None:
-            for axis, value in enumerate((load.displacement.x, load.displacement.y)):
-                if value is None:
-                    continue
-                holds[:, axis] = ~prescribed[nodes, axis]
-                clash = prescribed[nodes, axis] & (values[nodes, axis] != value)
-                if clash.any():
-                    node = int(nodes[np.argmax(clash)])
-                    problems.append(
-                        Problem(
-                            f"prescribes u_{'xy'[axis]} = {value:g} mm where "
-                            f"loads[{owner[node, axis]}] prescribes {values[node, axis]:g} mm, "
-                            f"at ({grid.nodes[node, 0]:g}, {grid.nodes[node, 1]:g})",
-                            f"loads[{i}].displacement.{'xy'[axis]}",
-                        )
-                    )
-                prescribed[nodes, axis] = True
-                values[nodes, axis] = value
-                owner.update({(int(node), axis): i for node in nodes})
-        boundaries[str(load.name)] = Boundary(nodes, weights / weights.sum(), applied, holds)
+        problems += nodal.add(i, load, place, grid)
     if problems:
         raise SceneError(problems)
+    force, prescribed, density = nodal.force, nodal.prescribed, nodal.density
+    own_weight = np.zeros_like(force)
     if density.any():
         shape = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
         own_weight = assembly.body_force(
-            grid.elements, n, points.element, shape, points.volume, density
+            grid.elements, len(force), points.element, shape, points.volume, density
         )
         force += own_weight
     warnings = [
         warning
-        for i, segments in tractions
-        for warning in _lost(scene.loads[i], i, segments, prescribed)
+        for i, (load, place) in enumerate(zip(scene.loads, places, strict=True))
+        if place.segments is not None and not LOADS[load.kind].holds
+        for warning in _lost(load, i, place.segments, prescribed)
     ]
-    node_area = np.zeros((n, 1))
+    node_area = np.zeros((len(force), 1))
     np.add.at(node_area, grid.triangles, (grid.areas / 3.0)[:, None, None])
-    loose = _loose_motions(grid, prescribed, node_area)
-    held, turning = _hold_rigid_motions(grid, prescribed, force)
+    loose = loose_motions(grid, prescribed, node_area)
+    held, turning = hold_rigid_motions(grid, prescribed, force)
     return Loading(
         prescribed=prescribed,
-        displacement=values,
+        displacement=nodal.displacement,
         force=force,
         own_weight=own_weight,
         body_force=density,
-        boundaries=boundaries,
+        boundaries=nodal.boundaries,
         held=held,
         turning=turning,
         warnings=tuple(warnings),
         loose=loose,
         node_area=node_area,
     )
+
+
+def _place_of(load: Load, scene: Scene, grid: Grid) -> Place:
+    """Find the nodes that a load acts on."""
+    if not LOADS[load.kind].places:
+        return Place(np.empty(0, np.int64), np.empty(0))
+    if load.point is not None:
+        return Place(np.array([grid.points[str(load.name)]]), np.ones(1))
+    segments = find_segments(load, scene, grid)
+    return Place(*nodes_and_weights(load, grid, segments), segments)
+
+
+@dataclass(frozen=True)
+class _NodalValues:
+    """What the loads so far come to; their arrays are added to in place.
+
+    Attributes
+    ----------
+    force, displacement : (n, 2) float
+        [N/mm], [mm].
+    prescribed : (n, 2) bool
+    density : (2,) float
+        Body force [N/mm^3].
+    boundaries : dict of str to Boundary
+    owner : dict of (int, int) to int
+        The load that prescribes a component of a node last.
+    """
+
+    force: Floats
+    displacement: Floats
+    prescribed: NDArray[np.bool_]
+    density: Floats
+    boundaries: dict[str, Boundary]
+    owner: dict[tuple[int, int], int]
+
+    @classmethod
+    def of(cls, grid: Grid) -> Self:
+        """Nothing, on the nodes of a grid."""
+        shape = grid.nodes.shape
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape, bool), np.zeros(2), {}, {})
+
+    def add(self, i: int, load: Load, place: Place, grid: Grid) -> Iterator[Problem]:
+        """Add a load; yield where it contradicts those before it."""
+        applied = find(LOADS[load.kind].code)(load.value, place, grid)
+        if applied.density is not None:
+            self.density[:] += applied.density
+        if not len(place.nodes):
+            return
+        nodes = place.nodes
+        force = np.zeros((len(nodes), 2)) if applied.force is None else applied.force
+        self.force[nodes] += force
+        holds = np.zeros((len(nodes), 2), bool)
+        if applied.displacement is not None:
+            given = ~np.isnan(applied.displacement)
+            for axis in np.flatnonzero(given.any(axis=0)).tolist():
+                chosen, values = nodes[given[:, axis]], applied.displacement[given[:, axis], axis]
+                known = self.prescribed[chosen, axis]
+                holds[given[:, axis], axis] = ~known
+                clash = np.flatnonzero(known & (self.displacement[chosen, axis] != values))
+                if clash.size:
+                    node, value = int(chosen[clash[0]]), values[clash[0]]
+                    yield Problem(
+                        f"prescribes u_{'xy'[axis]} = {value:g} mm where "
+                        f"loads[{self.owner[node, axis]}] prescribes "
+                        f"{self.displacement[node, axis]:g} mm, "
+                        f"at ({grid.nodes[node, 0]:g}, {grid.nodes[node, 1]:g})",
+                        f"loads[{i}].{load.kind}.{'xy'[axis]}",
+                    )
+                self.prescribed[chosen, axis] = True
+                self.displacement[chosen, axis] = values
+                self.owner.update({(int(node), axis): i for node in chosen})
+        weights = place.weights / place.weights.sum()
+        self.boundaries[str(load.name)] = Boundary(nodes, weights, force, holds)
 
 
 def hold_nodes(loading: Loading, nodes: Ints) -> Loading:
@@ -250,109 +268,11 @@ def _lost(load: Load, i: int, segments: Segments, prescribed: NDArray[np.bool_])
     corner, they share a node on any grid.
     """
     lengths = segments.weights.sum(axis=1)
-    for axis, component in enumerate(load.traction or ()):
+    components = load.value if isinstance(load.value, tuple) else ()
+    for axis, component in enumerate(components):
         part = lengths[prescribed[segments.edges, axis].all(axis=1)].sum() / lengths.sum()
         if component != 0.0 and part > BALANCE:
             yield (
-                f"loads[{i}].traction: {100 * part:.3g} % of {load.name} acts where u_{'xy'[axis]} "
-                "is prescribed, and goes straight into that support"
+                f"loads[{i}].{load.kind}: {100 * part:.3g} % of {load.name} acts where "
+                f"u_{'xy'[axis]} is prescribed, and goes straight into that support"
             )
-
-
-def _hold_rigid_motions(
-    grid: Grid, prescribed: NDArray[np.bool_], force: Floats
-) -> tuple[int, Ints]:
-    """Hold, in place, the motions of each connected part that nothing holds.
-
-    Returns
-    -------
-    held : int
-        Their number.
-    turning : (r, 2) int
-        As in `Loading`.
-    """
-    element_part = _connected_parts(grid)
-    node_part = np.empty(len(grid.nodes), np.int64)
-    node_part[grid.elements] = element_part[:, None]
-    held, turning = 0, []
-    for part in range(element_part.max() + 1):
-        nodes = np.flatnonzero(node_part == part) if element_part.any() else slice(None)
-        x = grid.nodes[nodes]
-        modes, loose = _unheld_motions(x, prescribed[nodes])
-        if len(loose) == 0:
-            continue
-        resultant = np.einsum("km,k->m", modes, force[nodes].ravel())
-        scale = np.abs(force[nodes]).sum()
-        if np.abs(loose @ resultant).max() > BALANCE * scale:
-            reason = _unheld(grid, nodes, force[nodes])
-            raise UnheldError([Problem(reason, "loads")], x.mean(axis=0))
-        motions = np.einsum("km,lm->kl", modes, loose)
-        number = np.arange(len(grid.nodes))[nodes]
-        holds = []
-        for _ in loose:
-            # Hold what moves most, and take from all others what that holds of them.
-            chosen = int((motions**2).sum(axis=1).argmax())
-            holds.append((number[chosen // 2], chosen % 2))
-            prescribed[holds[-1]] = True
-            along = motions[chosen] / np.hypot.reduce(motions[chosen])
-            motions = motions - np.einsum("kl,l->k", motions, along)[:, None] * along
-        held += len(loose)
-        for place in holds:
-            prescribed[place] = False
-            _, (motion,) = _unheld_motions(x, prescribed[nodes])
-            prescribed[place] = True
-            if abs(motion[2]) > 1e-6:
-                turning.append(place)
-                break
-    return held, np.array(turning, np.int64).reshape(-1, 2)
-
-
-def _loose_motions(grid: Grid, prescribed: NDArray[np.bool_], node_area: Floats) -> Floats:
-    """Return the rigid motions of the whole body that nothing holds; see `Loading.loose`.
-
-    Of the whole body, so that taking them out leaves parts in contact where they are.
-    """
-    modes, loose = _unheld_motions(grid.nodes, prescribed)
-    motions = np.einsum("km,lm->lk", modes, loose).reshape(len(loose), *grid.nodes.shape)
-    motions[:, prescribed] = 0.0  # which they are, but for round-off
-    products = np.einsum("ank,bnk->ab", motions, node_area * motions)
-    return np.einsum("ab,bnk->ank", np.linalg.inv(np.linalg.cholesky(products)), motions)
-
-
-def _unheld_motions(x: Floats, prescribed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """Rigid motions of nodes, and which sums of them move nothing that is prescribed.
-
-    Returns
-    -------
-    modes : (2 n, 3) float
-        Rows are (node, component), columns the two translations and the rotation.
-    loose : (m, 3) float
-    """
-    modes = rigid_body_modes(x, np.ones(x.shape, bool))
-    fixed = modes[prescribed.ravel()]
-    # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
-    _, sizes, directions = np.linalg.svd(np.einsum("ki,kj->ij", fixed, fixed))
-    return modes, directions[sizes <= 1e-12 * max(1.0, len(fixed))]
-
-
-def _unheld(grid: Grid, nodes: Ints | slice, force: Floats) -> str:
-    """Say how the loads would move a part that is not held."""
-    x = grid.nodes[nodes]
-    total = force.sum(axis=0)
-    centre = x.mean(axis=0)
-    moment = float(((x - centre)[:, 0] * force[:, 1] - (x - centre)[:, 1] * force[:, 0]).sum())
-    return (
-        "the supports leave the body free to move and the loads are out of balance: resultant "
-        f"({total[0]:.6g}, {total[1]:.6g}) N/mm, moment {moment:.6g} N about "
-        f"({centre[0]:.6g}, {centre[1]:.6g}); add a displacement or balance the loads"
-    )
-
-
-def _connected_parts(grid: Grid) -> Ints:
-    """Number the connected parts of the body; one number for each element."""
-    element, side = np.nonzero(grid.twins >= 0)
-    links = coo_array(
-        (np.ones(len(element), np.int8), (element, grid.twins[element, side] // 3)),
-        shape=(len(grid.twins),) * 2,
-    )
-    return connected_components(links, directed=False)[1].astype(np.int64)

@@ -15,9 +15,9 @@ from cfmpm.body.body import (
     named_grid,
 )
 from cfmpm.body.grid import Floats, Triangulation
-from cfmpm.body.loads import UnheldError
 from cfmpm.body.materials import region_materials
 from cfmpm.body.points import relocate
+from cfmpm.body.rigid_motions import UnheldError
 from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.fracture.refinement import refine
 from cfmpm.fracture.release import Release, advance, is_tip

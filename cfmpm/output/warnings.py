@@ -18,6 +18,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
 from cfmpm.mechanics import NEGLIGIBLE, PLASTIC_WORK
 from cfmpm.output.analysis import LIGAMENT, before_arrival, parts_of_gap
+from cfmpm.registry.loads import LOADS
 from cfmpm.scene.families import expand
 from cfmpm.scene.growth import Growth
 from cfmpm.scene.model import Scene
@@ -53,7 +54,7 @@ def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
         The last stable one.
     """
     found = []
-    if any(load.displacement is None for load in expand(scene).loads):
+    if not all(LOADS[load.kind].holds for load in expand(scene).loads):
         found.append("Prescribed displacements lead past a largest load; forces do not.")
     if balance.unstable_points > 0 and scene.material.law in ("hencky", "neo_hookean"):
         found.append("material.law: ciarlet keeps the ellipticity that points have lost.")

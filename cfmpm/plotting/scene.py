@@ -21,6 +21,7 @@ from cfmpm.plotting.style import (
     REGIONS,
     length_axes,
 )
+from cfmpm.registry.loads import LOADS
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
 
@@ -80,11 +81,12 @@ def _title(scene: Scene, grid: Grid, loading: Loading) -> str:
 def _draw_load(axes: Axes, load: Load, grid: Grid, boundary: Boundary | None) -> None:
     """Draw one load or support where it acts."""
     size = ARROW * np.ptp(grid.nodes, axis=0).max()
-    if load.body_force is not None:
+    kind, what = LOADS[load.kind], load.kind.replace("_", " ")
+    if not kind.places:
         corners = grid.nodes[grid.triangles]
         centre = np.average(corners.mean(axis=1), axis=0, weights=grid.areas)
-        label = f"{load.name}: body force {_vector(load.body_force)} N/mm³"
-        _arrows(axes, centre[None], np.array(load.body_force), size, PURPLE, label, np.zeros(2))
+        label = f"{load.name}: {what} {_vector(load.value)} {kind.unit}"
+        _arrows(axes, centre[None], np.array(load.value), size, PURPLE, label, np.zeros(2))
         return
     if boundary is None:
         return
@@ -93,14 +95,15 @@ def _draw_load(axes: Axes, load: Load, grid: Grid, boundary: Boundary | None) ->
     if len(x) > 1:  # so that the arrows in a hole do not cross it
         size = float(np.clip(0.35 * np.ptp(x, axis=0).max(), 0.5 * size, size))
     outward = _outward_normals(grid, boundary.nodes)[chosen]
-    vector = load.traction or load.force
-    if vector is not None:
-        what, unit = ("traction", "MPa") if load.traction else ("force", "N/mm")
-        label = f"{load.name}: {what} {_vector(vector)} {unit}"
-        _arrows(axes, x, np.array(vector), size, BLUE, label, outward)
+    if isinstance(load.value, tuple):
+        label = f"{load.name}: {what} {_vector(load.value)} {kind.unit}"
+        _arrows(axes, x, np.array(load.value), size, BLUE, label, outward)
         return
-    assert load.displacement is not None
-    given = {"x": load.displacement.x, "y": load.displacement.y}
+    if not kind.holds:
+        label = f"{load.name}: {what} {load.value} {kind.unit}"
+        axes.plot(*x.T, ".", color=BLUE, zorder=4, label=label, clip_on=False)
+        return
+    given = {"x": load.value.x, "y": load.value.y}
     label = ", ".join(f"u_{a} = {value:g} mm" for a, value in given.items() if value is not None)
     label = f"{load.name}: {label}"
     motion = np.array([value or 0.0 for value in given.values()])

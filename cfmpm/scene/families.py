@@ -10,7 +10,8 @@ from functools import singledispatch
 from typing import TypeVar
 
 from cfmpm.scene.body import Circle, Crack, Geometry, Hole, Vertex
-from cfmpm.scene.loads import Components, Load
+from cfmpm.scene.components import Components
+from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
 from cfmpm.scene.specimens import (
     CentreCrack,

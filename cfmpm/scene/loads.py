@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import (
     BeforeValidator,
     Field,
+    create_model,
     model_validator,
 )
 
+from cfmpm.registry.loads import BOX, EDGE, LOADS, POINT
+from cfmpm.registry.table import load
 from cfmpm.scene.base import Model, refusal
+from cfmpm.scene.components import Components
 from cfmpm.scene.quantities import (
     Name,
-    Number,
     Point,
     Vector,
 )
@@ -25,25 +28,8 @@ def _box(value: Any) -> Any:
     return value
 
 
-class Components(Model):
-    """Prescribed displacement; a component that is left out is free."""
-
-    x: Number | None = Field(None, description="[mm]")
-    y: Number | None = Field(None, description="[mm]")
-
-    @model_validator(mode="after")
-    def _something(self) -> Self:
-        if self.x is None and self.y is None:
-            raise refusal("", "needs x or y or both; a component that is left out is free")
-        return self
-
-
-class Load(Model):
-    """One load or support: a place (edge, box or point) and what is prescribed there.
-
-    A displacement goes with any place, a traction with an edge or a box, a force with a point; a
-    body force has no place.
-    """
+class LoadKeys(Model):
+    """What all loads share: a name, a place, and one kind of `registry.loads`."""
 
     name: Name | None = Field(None, description="default: the edge's name, or load_1, load_2 ...")
     edge: Name | None = Field(None, description="a named edge or hole")
@@ -51,32 +37,58 @@ class Load(Model):
         None, description="two opposite corners [mm]: the part of the boundary inside"
     )
     point: Point | None = Field(None, description="becomes a node of the grid [mm]")
-    displacement: Components | None = Field(None, description="on an edge, a box or a point [mm]")
-    traction: Vector | None = Field(None, description="on an edge or a box [MPa]")
-    force: Vector | None = Field(None, description="on a point, per thickness [N/mm]")
-    body_force: Vector | None = Field(None, description="in the whole body [N/mm^3]")
 
-    PLACES_OF: ClassVar[dict[str, tuple[str, ...]]] = {
-        "displacement": ("edge", "box", "point"),
-        "traction": ("edge", "box"),
-        "force": ("point",),
-        "body_force": (),
-    }
+    @property
+    def kind(self) -> str:
+        """The word for what is prescribed."""
+        return next(word for word in LOADS if getattr(self, word) is not None)
+
+    @property
+    def value(self) -> Any:
+        """What is prescribed, as its kind takes it."""
+        return getattr(self, self.kind)
 
     @model_validator(mode="after")
-    def _one_place_and_one_action(self) -> Self:
-        actions = [key for key in self.PLACES_OF if getattr(self, key) is not None]
-        places = [key for key in ("edge", "box", "point") if getattr(self, key) is not None]
-        if len(actions) != 1:
-            given = f"has {' and '.join(actions)}; give each a load of its own"
-            raise refusal("", f"needs one of {', '.join(self.PLACES_OF)}" if not actions else given)
-        (action,) = actions
-        allowed = self.PLACES_OF[action]
+    def _one_place_and_one_kind(self) -> Self:
+        kinds = [word for word in LOADS if getattr(self, word) is not None]
+        places = [key for key in (EDGE, BOX, POINT) if getattr(self, key) is not None]
+        if len(kinds) != 1:
+            given = f"has {' and '.join(kinds)}; give each a load of its own"
+            raise refusal("", f"needs one of {', '.join(LOADS)}" if not kinds else given)
+        (kind,) = kinds
+        allowed = LOADS[kind].places
         for place in places:
             if place not in allowed:
                 fits = f"goes with {' or '.join(allowed)}" if allowed else "has no place"
-                raise refusal(place, f"does not fit: a {action} {fits}")
+                raise refusal(place, f"does not fit: a {kind} {fits}")
         if allowed and len(places) != 1:
             given = f"has {' and '.join(places)}; one place is needed" if places else "has no place"
-            raise refusal("", f"{given}: a {action} goes with {' or '.join(allowed)}")
+            raise refusal("", f"{given}: a {kind} goes with {' or '.join(allowed)}")
         return self
+
+
+if TYPE_CHECKING:
+
+    class Load(LoadKeys):
+        """A load with the kinds of the package itself."""
+
+        displacement: Components | None = None
+        traction: Vector | None = None
+        force: Vector | None = None
+        body_force: Vector | None = None
+
+else:
+    Load = create_model(
+        "Load",
+        __base__=LoadKeys,
+        __module__=__name__,
+        __doc__="""One load or support: a place (edge, box or point) and what is prescribed there.
+
+    A displacement goes with any place, a traction with an edge or a box, a force with a point; a
+    body force has no place.
+    """,
+        **{
+            word: (load(kind.value) | None, Field(None, description=kind.description))
+            for word, kind in LOADS.items()
+        },
+    )

@@ -7,6 +7,7 @@ from collections.abc import Hashable, Iterator
 from shapely import Point, box
 
 from cfmpm.errors import did_you_mean
+from cfmpm.registry.loads import LOADS
 from cfmpm.scene.geometry import CLEAR, ON, Body
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
@@ -54,16 +55,17 @@ def swallowed_loads(scene: Scene) -> Iterator[Finding]:
         if load.displacement is not None and getattr(load.displacement, component) is not None
     }
     for i, load in enumerate(scene.loads):
-        for action in ("traction", "force"):
-            for component, value in zip("xy", getattr(load, action) or (), strict=False):
-                support = held.get((_place(load), component))
-                if value != 0.0 and support is not None:
-                    yield (
-                        f"loads[{i}].{action}",
-                        f"{value:g} in {component} does nothing: loads[{support}] prescribes the "
-                        f"displacement in {component} there, and takes it up; leave one of them "
-                        "out",
-                    )
+        kind = LOADS[load.kind]
+        if kind.holds or not kind.places or not isinstance(load.value, tuple):
+            continue
+        for component, value in zip("xy", load.value, strict=True):
+            support = held.get((_place(load), component))
+            if value != 0.0 and support is not None:
+                yield (
+                    f"loads[{i}].{load.kind}",
+                    f"{value:g} in {component} does nothing: loads[{support}] prescribes the "
+                    f"displacement in {component} there, and takes it up; leave one of them out",
+                )
 
 
 def misplaced_loads(scene: Scene, body: Body) -> Iterator[Finding]:
