@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cfmpm.grid import Floats, Grid, build_grid
 from structured import rectangle
 
+from cfmpm.body.grid import Floats, Grid, build_grid
+from cfmpm.ending import RunEnded
 from cfmpm.fracture import growth
 from cfmpm.fracture.growth import Decision
-from cfmpm.scene.model import Growth
+from cfmpm.scene.growth import Growth
 
 # An inner crack from x = 2/8 to 5/8 at half the height.
 GRID = build_grid(rectangle(8, 6, crack=(3, 2, 5)), "T3")
@@ -73,9 +74,9 @@ class TestWhatIsLeftOfABodyThatCameApart:
         left = decide([0.9e-18 / load**2, 0.5e-18 / load**2], {"control": "crack"}, last=last)
         assert left.load_factor == math.inf
         assert left.running == {}
-        assert growth.ending(Growth(control="crack"), left, GRID.tips, 3) == (
-            "stopped: at no load does a tip meet the criterion"
-        )
+        with pytest.raises(RunEnded, match="at no load does a tip meet the criterion") as end:
+            growth.check_end(Growth(control="crack"), left, GRID.tips, 3)
+        assert end.value.ending.status == "stopped"
 
     @pytest.mark.parametrize("load", [0.01, 1.0, 50.0])
     def test_a_little_more_than_that_is_no_round_off(self, load: float) -> None:
@@ -195,6 +196,7 @@ def test_where_no_tip_is_left_the_load_is_unknown_but_under_load_control() -> No
 
 def test_a_load_that_rises_is_awaited() -> None:
     nothing = Decision(1.0, {})
-    assert growth.ending(None, nothing, GRID.tips, 1, last_level=False) == ""
-    assert growth.ending(Growth(), nothing, GRID.tips, 1, last_level=False) == ""
-    assert growth.ending(Growth(), nothing, GRID.tips, 1).startswith("stopped: no tip")
+    for config in (None, Growth()):
+        growth.check_end(config, nothing, GRID.tips, 1, last_level=False)
+        with pytest.raises(RunEnded):
+            growth.check_end(config, nothing, GRID.tips, 1)

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cfmpm.grid import Floats
 
-from cfmpm import body as bodies
-from cfmpm.body import Body, GrowthEndError
+from cfmpm.body.body import Body
+from cfmpm.body.grid import Floats
+from cfmpm.build import build
+from cfmpm.ending import RunEnded
+from cfmpm.fracture.growing import release
 from cfmpm.scene import scene_from_dict
 
 AHEAD = np.array([1.0, 0.0])
@@ -38,12 +40,12 @@ def two_layers(below: float, above: float, crack: list[list[float]], **changes: 
         "mesh": {"element": "T3", "size": 1.0, "grading": "uniform"},
         "growth": {},
     }
-    return bodies.build(scene_from_dict(scene | changes))
+    return build(scene_from_dict(scene | changes))
 
 
 def grow(body: Body, *directions: Floats) -> Body:
     for direction in directions:
-        body = bodies.release(body, {"crack": direction})
+        body = release(body, {"crack": direction})
     return body
 
 
@@ -81,12 +83,12 @@ def test_the_worst_of_all_segments_is_kept() -> None:
     """Of two tips of which one is asked to turn back, and of the segments before."""
     inner = [[4.0, 2.0], [7.0, 2.1]]
     body = two_layers(1.0, 3.0, inner)
-    back = bodies.release(body, {"crack_start": AHEAD, "crack_end": AHEAD})
+    back = release(body, {"crack_start": AHEAD, "crack_end": AHEAD})
     assert back.grown.deviation == pytest.approx(180.0 - 100.0, abs=3.0)
     assert 0.0 < back.grown.quality < 1.0
     worst, after = back.grown.quality, back
     for _ in range(2):
-        after = bodies.release(after, {"crack_end": AHEAD})
+        after = release(after, {"crack_end": AHEAD})
         assert after.grown.deviation < 1e-9
         assert after.grown.quality <= worst
 
@@ -102,7 +104,7 @@ def test_a_tip_that_another_has_run_into_runs_no_more() -> None:
     }
     body = two_layers(1.0, 1.0, [], geometry=geometry)
     for _ in range(4):
-        body = bodies.release(body, {tip.name: tip.tangent for tip in body.grid.tips})
+        body = release(body, {tip.name: tip.tangent for tip in body.grid.tips})
         if not body.grid.tips:
             break
     assert not body.grid.tips
@@ -115,5 +117,5 @@ def test_a_crack_that_meets_the_point_of_a_load_ends() -> None:
         {"name": "push", "point": [4, 2], "force": [0, 1]},
     ]
     body = two_layers(1.0, 3.0, [[0, 2], [3, 2]], loads=loads)
-    with pytest.raises(GrowthEndError, match=r"^met push: "):
+    with pytest.raises(RunEnded, match=r"^met push: "):
         grow(body, *[AHEAD] * 3)
