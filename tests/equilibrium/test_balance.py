@@ -68,6 +68,34 @@ class TestLinear:
         with pytest.raises(SolveError, match=r"round-off explains 5\.0e-01"):
             solve(kinematics="small")
 
+    def test_a_rigid_motion_is_in_balance(self):
+        """It ends without force: round-off is measured by what had to be balanced on the way."""
+        loads = [{"edge": "bottom", "displacement": {"x": 3.0, "y": -2.0}}]
+        family = {name: value for name, value in PLATE["family"].items() if name != "traction"}
+        result = solve(kinematics="small", family=family, loads=loads)
+        np.testing.assert_allclose(result.displacement - [3.0, -2.0], 0.0, atol=1e-12)
+        assert float(result.history.residual_norm[0]) < small_strain.RESIDUAL
+
+    def test_round_off_is_that_of_how_far_a_part_moved_on_the_way(self, monkeypatch):
+        """Faces that overlap before they are pressed apart: of both places the farther one."""
+        asked = []
+        monkeypatch.setattr(small_strain, "RESIDUAL", -1.0)
+        monkeypatch.setattr(small_strain, "round_off", lambda K, moved, _: asked.append(moved) or 1)
+        close = small_strain.close_faces
+
+        def far(faces, prescribed, displacement, factor):
+            asked.append(displacement[~prescribed])
+            return close(faces, prescribed, displacement, factor)
+
+        monkeypatch.setattr(small_strain, "close_faces", far)
+        result = solve(kinematics="small", family={**PLATE["family"], "traction": -10})
+        assert int(result.history.contact_pairs[0]) > 0
+        before, moved = asked
+        after = result.displacement[~result.loading.prescribed]
+        assert (np.abs(before) > np.abs(after)).any()
+        assert (np.abs(after) > np.abs(before)).any()
+        np.testing.assert_allclose(moved, np.maximum(np.abs(before), np.abs(after)), rtol=1e-12)
+
 
 def test_round_off_is_that_of_the_largest_row():
     """32 eps |K| |u| over the force, whatever cancels in K u."""

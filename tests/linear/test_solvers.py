@@ -181,6 +181,18 @@ def test_indefinite(solver):
         assert caught.value.negative_pivots == negative
 
 
+def test_an_unstable_part_is_told_where_it_is(solver):
+    """Not by the order in which unknowns are eliminated."""
+    (K, modes), first = plate(), 50
+    pair = K.diagonal().max() * np.array([[1.0, 2.0], [2.0, 1.0]])
+    bad = csr_array(block_diag([K[:first, :first], pair, K[first:, first:]], format="csr"))
+    modes = np.insert(modes, [first, first], 1.0, axis=0)
+    with pytest.raises(NotPositiveDefiniteError) as caught:
+        solver.factor(bad, modes)
+    assert caught.value.unknown in {None, first, first + 1}
+    assert (caught.value.unknown is not None) or solver.name != "superlu"
+
+
 def test_good_matrix_after_a_bad_one(solver):
     K, modes = plate()
     b = np.ones(K.shape[0])
