@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
+
+# Groups of tests (CONTRIBUTING.md): by folder, but for tests that take more than a few seconds.
+PHYSICS, WORKFLOWS = ("verification",), ("workflows", "study", "cli", "plotting")
 
 # A busy machine is no fault of the code: no limit on time, neither on an example nor on drawing it.
 # By default the examples are the same in every run, so that a red test stays red until mended;
@@ -16,3 +22,20 @@ settings.register_profile(
 )
 settings.register_profile("search", settings.get_profile("same"), derandomize=False)
 settings.load_profile("same")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give each test the marker of its group."""
+    root = Path(__file__).parent
+    for item in items:
+        if not item.path.is_relative_to(root):
+            item.add_marker("unit")  # examples in docstrings
+            continue
+        folder = item.path.relative_to(root).parts[0]
+        slow = item.get_closest_marker("slow") is not None
+        if folder in PHYSICS:
+            item.add_marker("physics")
+        elif folder in WORKFLOWS or slow:
+            item.add_marker("workflows")
+        else:
+            item.add_marker("unit")
