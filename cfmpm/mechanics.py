@@ -18,7 +18,6 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.kernels import finite
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.scene.model import Scene
 from cfmpm.updated import reference
 
@@ -49,7 +48,7 @@ def prepare(body: Body) -> Floats:
     """
     grid, points = body.grid, body.integration
     points.element = relocate(grid, points)
-    gradients: Floats = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    gradients: Floats = grid.basis_gradients(points.element, points.position)
     if body.motion is None:
         return gradients
     return reference.pull_back(gradients, body.motion.base)

@@ -23,9 +23,9 @@ class Segments:
 
     Attributes
     ----------
-    edges : (k, 2) or (k, 3) int
+    edges : (k, p + 1) int
         Nodes of each edge.
-    weights : (k, 2) or (k, 3) float
+    weights : (k, p + 1) float
         Integrals of their basis functions over the part of the edge [mm].
     """
 
@@ -63,10 +63,10 @@ def find_segments(load: Load, scene: Scene, grid: Grid) -> Segments:
 
     def primitive(s: Floats) -> Floats:
         """The integrals of the basis functions from one end of the edge to s."""
-        if edges.shape[1] == 2:
-            return np.column_stack([s - s**2 / 2, s**2 / 2])
-        ends = (s - 1.5 * s**2 + 2 / 3 * s**3, 2 / 3 * s**3 - 0.5 * s**2)
-        return np.column_stack([*ends, 2 * s**2 - 4 / 3 * s**3])
+        rows = grid.element.side_integrals
+        return np.asarray(
+            sum(np.outer(s**power, column) for power, column in enumerate(rows.T[1:], 1))
+        )
 
     return Segments(edges, lengths[:, None] * (primitive(end) - primitive(start)))
 

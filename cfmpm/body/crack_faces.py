@@ -127,9 +127,8 @@ def _edges(grid: Grid, crack: str) -> tuple[Ints, Ints]:
     """Nodes of the edges on the left and on the right face, in the same order."""
     faces = grid.crack_faces[crack]
     left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
-    # The right face runs the other way: its ends change places.
-    right[:, [0, 1]] = right[:, [1, 0]]
-    return left, right
+    # The right face runs the other way.
+    return left, right[:, grid.element.turned]
 
 
 def smallest_openings(grid: Grid, displacement: Floats, finite: bool = False) -> dict[str, float]:

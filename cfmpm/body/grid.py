@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.kernels import topology
+from cfmpm.elements.record import Element, find_element
+from cfmpm.kernels import basis, topology
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -79,20 +79,22 @@ class CrackTip:
 
 @dataclass(frozen=True)
 class Grid:
-    """A grid of triangles with three (T3) or six (T6) nodes and opened cracks.
+    """A grid of triangles with opened cracks.
 
     Attributes
     ----------
+    element : Element
+        What its triangles are.
     nodes : (n, 2) float
-        Coordinates [mm]; corners first, then the mid-side nodes of T6.
-    elements : (m, 3) or (m, 6) int
-        Corner nodes anticlockwise, then the nodes in the middle of sides 01, 12, 20.
+        Coordinates [mm]; corners first, then the nodes on sides, then those inside triangles.
+    elements : (m, k) int
+        Corner nodes anticlockwise, then the others as in `Element.nodes`.
     twins : (m, 3) int
         The half-edge across each side, -1 on the boundary and on crack faces.
     regions : (m,) int
     region_names : tuple of str
-    edges : dict of str to (k, 2) or (k, 3) int
-        Nodes of the boundary edges of each named part: the ends, then the middle.
+    edges : dict of str to (k, p + 1) int
+        Nodes of the boundary edges of each named part, as of `edge_nodes`.
     crack_faces : dict of str to (k, 2) int
         Half-edges on the left and on the right of each edge of a crack, first point to last.
     tips : tuple of CrackTip
@@ -100,6 +102,7 @@ class Grid:
         The node of each point load or point support.
     """
 
+    element: Element
     nodes: Floats
     elements: Ints
     twins: Ints
@@ -117,7 +120,7 @@ class Grid:
 
     @property
     def n_corners(self) -> int:
-        """Number of corner nodes; mid-side nodes are numbered from here."""
+        """Number of corner nodes; the others are numbered from here."""
         return int(self.elements[:, :3].max()) + 1
 
     @property
@@ -127,21 +130,54 @@ class Grid:
         return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
 
     def edge_nodes(self, half_edges: Ints) -> Ints:
-        """Nodes of half-edges, the ends and then the middle; (k, 2) or (k, 3)."""
-        element, side = half_edges // 3, half_edges % 3
-        columns = [self.elements[element, side], self.elements[element, (side + 1) % 3]]
-        if self.elements.shape[1] == 6:
-            columns.append(self.elements[element, side + 3])
-        return np.column_stack(columns)
+        """Nodes of half-edges, the ends and then those between, first to second; (k, p + 1)."""
+        return self.elements[(half_edges // 3)[:, None], self.element.sides[half_edges % 3]]
+
+    def basis_values(self, element: Ints, position: Floats) -> Floats:
+        """Evaluate the basis functions at places in triangles.
+
+        Parameters
+        ----------
+        element : (q,) int
+            The triangles.
+        position : (q, 2) float
+            [mm].
+
+        Returns
+        -------
+        (q, k) float
+        """
+        table = self.element.nodes, self.element.factors
+        values: Floats = basis.basis_values(*table, self.nodes, self.elements, element, position)
+        return values
+
+    def basis_gradients(self, element: Ints, position: Floats) -> Floats:
+        """Evaluate the gradients of the basis functions at places in triangles.
+
+        Parameters
+        ----------
+        element, position
+            As in `basis_values`.
+
+        Returns
+        -------
+        (q, k, 2) float
+            dS_I/dX_j [1/mm].
+        """
+        table = self.element.nodes, self.element.factors
+        return np.asarray(
+            basis.basis_gradients(*table, self.nodes, self.elements, element, position)
+        )
 
 
-def build_grid(triangulation: Triangulation, element: Literal["T3", "T6"]) -> Grid:
+def build_grid(triangulation: Triangulation, element: str) -> Grid:
     """Open the cracks of a triangulation and number the nodes of its elements.
 
     Parameters
     ----------
     triangulation : Triangulation
-    element : {"T3", "T6"}
+    element : str
+        A word of `registry.elements`.
 
     Returns
     -------
@@ -185,10 +221,10 @@ def build_grid(triangulation: Triangulation, element: Literal["T3", "T6"]) -> Gr
         parents = topology.split_nodes(triangles, twins, offsets, half_edges, on_cracks, n_nodes)
         nodes = np.concatenate([nodes, nodes[parents]])
 
-    elements = triangles
-    if element == "T6":
-        nodes, elements = _with_middle_nodes(nodes, triangles, twins)
+    of = find_element(element)
+    nodes, elements = _with_further_nodes(of, nodes, triangles, twins)
     grid = Grid(
+        element=of,
         nodes=nodes,
         elements=elements,
         twins=twins,
@@ -203,17 +239,31 @@ def build_grid(triangulation: Triangulation, element: Literal["T3", "T6"]) -> Gr
     return grid
 
 
-def _with_middle_nodes(nodes: Floats, triangles: Ints, twins: Ints) -> tuple[Floats, Ints]:
-    """Add one node in the middle of each edge; the two faces of a crack get one each."""
+def _with_further_nodes(
+    element: Element, corners: Floats, triangles: Ints, twins: Ints
+) -> tuple[Floats, Ints]:
+    """Add the nodes on sides and inside triangles; the two faces of a crack get their own."""
+    between = element.order - 1
+    inside = len(element.nodes) - 3 - 3 * between
     own = np.arange(twins.size)
     twin = twins.reshape(-1)
     first = np.where(twin >= 0, np.minimum(own, twin), own)
     is_first = first == own
     number = np.cumsum(is_first) - 1
-    middle = len(nodes) + number[first].reshape(twins.shape)
-    ends = nodes[triangles], nodes[np.roll(triangles, -1, axis=1)]
-    centres = (0.5 * (ends[0] + ends[1])).reshape(-1, 2)[is_first]
-    return np.concatenate([nodes, centres]), np.hstack([triangles, middle])
+    on_sides = len(corners) + number[first][:, None] * between + np.arange(between)
+    # The triangle across a side has its nodes the other way round.
+    on_sides[~is_first] = on_sides[~is_first, ::-1]
+    begin = len(corners) + np.count_nonzero(is_first) * between
+    within = begin + np.arange(len(triangles) * inside).reshape(len(triangles), inside)
+    elements = np.hstack([triangles, on_sides.reshape(len(triangles), 3 * between), within])
+    nodes = np.empty((begin + within.size, 2))
+    nodes[: len(corners)] = corners
+    # Both triangles at a side would put its nodes to the same place but for round-off.
+    puts = np.ones((len(triangles), len(element.nodes) - 3), bool)
+    puts[:, : 3 * between] = np.repeat(is_first.reshape(twins.shape), between, axis=1)
+    places = np.einsum("kc,ecd->ekd", element.nodes[3:], corners[triangles]) / element.order
+    nodes[elements[:, 3:][puts]] = places[puts]
+    return nodes, elements
 
 
 def _tips(

@@ -15,7 +15,7 @@ from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.rigid_motions import BALANCE, hold_rigid_motions, loose_motions
 from cfmpm.errors import Problem, SceneError
-from cfmpm.kernels import assembly, basis
+from cfmpm.kernels import assembly
 from cfmpm.registry.loads import LOADS
 from cfmpm.registry.table import load as find
 from cfmpm.scene.loads import Load
@@ -149,7 +149,7 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     force, prescribed, density = nodal.force, nodal.prescribed, nodal.density
     own_weight = np.zeros_like(force)
     if density.any():
-        shape = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
+        shape = grid.basis_values(points.element, points.position)
         own_weight = assembly.body_force(
             grid.elements, len(force), points.element, shape, points.volume, density
         )

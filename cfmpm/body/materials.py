@@ -9,6 +9,7 @@ import numpy as np
 from cfmpm.body.grid import Floats, Ints
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.volume_patches import Patches, patch_of
+from cfmpm.elements.record import find_element
 from cfmpm.kernels import finite
 from cfmpm.kernels import laws as kernels
 from cfmpm.scene.material import Material
@@ -144,7 +145,7 @@ def lame_constants(scene: Scene, region_names: tuple[str, ...]) -> Floats:
 
 
 def locks(scene: Scene, region_names: tuple[str, ...]) -> bool:
-    """Whether triangles of one point lock: T3 in plane strain near incompressibility.
+    """Whether triangles lock: those that can, in plane strain near incompressibility.
 
     Plastic flow is isochoric whatever nu is.
     """
@@ -152,7 +153,7 @@ def locks(scene: Scene, region_names: tuple[str, ...]) -> bool:
         material.nu > LOCKING or material.law == "j2"
         for material in region_materials(scene, region_names)
     )
-    return scene.mesh.element == "T3" and scene.plane == "strain" and tight
+    return find_element(scene.mesh.element).locks and scene.plane == "strain" and tight
 
 
 def plane_modulus(lam: float, mu: float) -> float:

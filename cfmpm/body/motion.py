@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.loads import Loading
 from cfmpm.body.springs import Springs
-from cfmpm.kernels import basis
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ class Motion:
 
 def interpolate(grid: Grid, values: Floats, element: Ints, position: Floats) -> Floats:
     """Evaluate a nodal field, (n, d), at places in or near given triangles, (k, d)."""
-    shape = basis.basis_values(grid.nodes, grid.elements, element, position)
+    shape = grid.basis_values(element, position)
     return np.einsum("pk,pki->pi", shape, values[grid.elements[element]])
 
 

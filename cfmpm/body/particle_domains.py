@@ -76,18 +76,24 @@ def initial_domains(grid: Grid) -> ParticleDomains:
     Returns
     -------
     ParticleDomains
-        T3: the triangle. T6: three quadrilaterals of equal area, from a corner over the middles of
-        its two sides to the centroid.
+        The polygons of the element.
     """
+    polygons = grid.element.domains
+    assert polygons is not None  # a rule of scenes
     corners = grid.nodes[grid.triangles]
-    if grid.elements.shape[1] == 3:
-        return triangular_domains(corners)
-    to_next = np.roll(corners, -1, axis=1) - corners
-    to_last = np.roll(corners, 1, axis=1) - corners
-    here = np.zeros_like(to_next)
-    anchors = corners.reshape(-1, 2)
-    vertices = np.stack([here, to_next / 2, (to_next + to_last) / 3, to_last / 2], axis=2)
-    return ParticleDomains(anchors, vertices.reshape(-1, 2), 4 * np.arange(len(anchors) + 1))
+    # From the corner that each polygon begins at, or next to.
+    begin = [int(np.argmax(polygon[0])) for polygon in polygons]
+    vertices = [
+        np.einsum("vc,ecd->evd", polygon, corners - corners[:, [corner]])
+        / polygon.sum(axis=1)[:, None]
+        for polygon, corner in zip(polygons, begin, strict=True)
+    ]
+    counts = np.tile([len(polygon) for polygon in polygons], len(corners))
+    return ParticleDomains(
+        anchors=corners[:, begin].reshape(-1, 2),
+        vertices=np.concatenate(vertices, axis=1).reshape(-1, 2),
+        offsets=np.concatenate([[0], np.cumsum(counts)]),
+    )
 
 
 def triangular_domains(corners: Floats) -> ParticleDomains:
@@ -179,6 +185,8 @@ def _clip_again(
     owner, element, position, volume = clipping.clip_domains(
         grid.nodes,
         grid.elements,
+        grid.element.points,
+        grid.element.weights,
         np.flatnonzero(is_changed),
         domains.anchors,
         domains.vertices,

@@ -54,20 +54,16 @@ def seed(grid: Grid) -> MaterialPoints:
     Returns
     -------
     MaterialPoints
-        T3: one at each centroid. T6: three at (2/3, 1/6, 1/6), the centroids of the paper's
-        corner sub-triangles (section 2.3) and the three-point Gauss rule. The areas of the points
-        of a triangle add up to its own.
+        At the places of the element's rule. The areas of the points of a triangle add up to its
+        own.
     """
+    element = grid.element
     corners = grid.nodes[grid.triangles]
-    if grid.elements.shape[1] == 3:
-        weights = np.full((1, 3), 1.0 / 3.0)
-    else:
-        weights = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
-    per_element = len(weights)
+    per_element = len(element.points)
     n = per_element * len(corners)
     return MaterialPoints(
-        position=np.einsum("qk,ekd->eqd", weights, corners).reshape(n, 2),
-        volume=np.repeat(grid.areas / per_element, per_element),
+        position=np.einsum("qk,ekd->eqd", element.points, corners).reshape(n, 2),
+        volume=(grid.areas[:, None] * element.weights / element.weights.sum()).ravel(),
         element=np.repeat(np.arange(len(corners)), per_element),
         material=np.repeat(grid.regions, per_element),
         displacement_gradient=np.zeros((n, 2, 2)),

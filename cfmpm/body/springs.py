@@ -9,7 +9,6 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from cfmpm.body.grid import Floats, Grid, Ints
-from cfmpm.kernels import basis
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ def supports(
     -------
     Springs
     """
-    shape = basis.basis_values(grid.nodes, grid.elements, element, position)
+    shape = grid.basis_values(element, position)
     columns = 2 * grid.elements[element] + axis[:, None]
     rows = np.broadcast_to(np.arange(len(element))[:, None], columns.shape)
     n = 2 * len(grid.nodes)
@@ -147,7 +146,7 @@ def ghost(grid: Grid, fill: Floats, least: float, weight: float) -> Springs | No
             sign
             * np.einsum(
                 "fkj,fj->fk",
-                basis.basis_gradients(grid.nodes, grid.elements, found, middle),
+                grid.basis_gradients(found, middle),
                 normal,
             )
             for sign, found in ((1.0, element), (-1.0, other))

@@ -6,7 +6,7 @@ import numpy as np
 
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.body.points import locate
-from cfmpm.kernels import basis, location
+from cfmpm.kernels import location
 
 # How far from a node, towards the middle of a triangle that it belongs to, the old grid is asked:
 # the faces of a crack lie on each other, those of the triangle do not.
@@ -37,5 +37,5 @@ def carry_over(old: Grid, displacement: Floats, new: Grid) -> Floats:
     lost = found == location.OUTSIDE
     if lost.any():
         found[lost] = locate(old, middle[lost])
-    values = basis.basis_values(old.nodes, old.elements, found, new.nodes)
+    values = old.basis_values(found, new.nodes)
     return np.einsum("pk,pki->pi", values, displacement[old.elements[found]])

@@ -34,7 +34,7 @@ class Patches:
 
 
 def build_patches(grid: Grid) -> Patches:
-    """Join triangles in pairs (T3), or leave each alone (T6).
+    """Join triangles in pairs where a single one locks, or else leave each alone.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def build_patches(grid: Grid) -> Patches:
     Patches
         Never across a crack or the border of a region.
     """
-    if grid.elements.shape[1] == 6:
+    if not grid.element.locks:
         return Patches(np.arange(len(grid.elements)), grid.elements)
     of_triangle = kernels.pair_triangles(
         grid.nodes, np.ascontiguousarray(grid.triangles), grid.twins, grid.regions

@@ -8,7 +8,7 @@ import numpy as np
 
 from cfmpm.body.grid import CrackTip, Floats, Grid
 from cfmpm.body.points import MaterialPoints
-from cfmpm.kernels import basis, eshelby, finite
+from cfmpm.kernels import eshelby, finite
 
 
 def nodal_force(
@@ -63,7 +63,7 @@ def _of_body_force(grid: Grid, points: MaterialPoints, body_force: Floats) -> Fl
     """The part of the configurational force that a body force adds."""
     if not body_force.any():
         return np.zeros((len(grid.nodes), 2))
-    values = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
+    values = grid.basis_values(points.element, points.position)
     return eshelby.body_configurational_force(
         grid.elements,
         len(grid.nodes),
@@ -108,15 +108,13 @@ def ring_weight(grid: Grid, tip: CrackTip, radius: float) -> Floats:
     Returns
     -------
     (n,) float
-        1 inside half the radius, 0 from the radius on. Middle nodes get the mean of their ends:
-        the gradient of q is then constant in a triangle, and the points of T6 integrate the
-        energy-momentum exactly.
+        1 inside half the radius, 0 from the radius on. Nodes that are no corners get what is
+        linear between the corners: the gradient of q is then constant in a triangle, and the points
+        integrate the energy-momentum exactly.
     """
     q = np.clip(2.0 - 2.0 * _distance(grid, tip) / radius, 0.0, 1.0)
-    if grid.elements.shape[1] == 6:
-        for side in range(3):
-            ends = grid.elements[:, side], grid.elements[:, (side + 1) % 3]
-            q[grid.elements[:, 3 + side]] = 0.5 * (q[ends[0]] + q[ends[1]])
+    places = grid.element.nodes[3:] / grid.element.order
+    q[grid.elements[:, 3:]] = np.einsum("kc,ec->ek", places, q[grid.triangles])
     return q
 
 

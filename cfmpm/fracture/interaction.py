@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
 from cfmpm.body.materials import plane_modulus
 from cfmpm.body.points import MaterialPoints
-from cfmpm.kernels import basis, constitutive, eshelby
+from cfmpm.kernels import constitutive, eshelby
 
 # Within the first number of element sizes from a closed tip the contact pressure is taken from a
 # straight line through that up to the second. The pressure is smooth there, but its nodal forces
@@ -210,7 +210,7 @@ def bent_faces(
     out = (q[:, :, None] * out[:, None, :]).reshape(-1, 2)
     element = np.concatenate([np.repeat(face[bent] // 3, len(part)) for face in (left, right)])
     position = np.tile(away + tip.path[0], (2, 1))
-    gradients = basis.basis_gradients(grid.nodes, grid.elements, element, position)
+    gradients = grid.basis_gradients(element, position)
     h, stress, _ = constitutive.linear_elastic(
         grid.elements,
         element,
@@ -293,10 +293,8 @@ def _contact_traction(
         At both nodes of each link [MPa].
     """
     left = grid.edge_nodes(grid.crack_faces[tip.crack][:, 0])
-    if left.shape[1] == 2:
-        rule, links = np.array([0.5, 0.5]), left
-    else:
-        rule, links = np.array([1.0, 1.0, 4.0]) / 6.0, left[:, [[0, 2], [2, 1]]].reshape(-1, 2)
+    rule, along = grid.element.side_weights, left[:, grid.element.along]
+    links = np.stack([along[:, :-1], along[:, 1:]], axis=2).reshape(-1, 2)
     if tip.end == -1:
         links = links[::-1, ::-1]
     lengths = np.hypot(*(grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]).T)

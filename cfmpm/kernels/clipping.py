@@ -96,15 +96,20 @@ def domain_boxes(vertices, offsets, owners):
 
 
 @kernel
-def clip_domains(nodes, elements, changed, anchors, vertices, offsets, owners):
+def clip_domains(nodes, elements, points, weights, changed, anchors, vertices, offsets, owners):
     """Intersect domains with triangles and place quadrature points in the pieces.
 
     Parameters
     ----------
     nodes : (n, 2) float
     elements : (m, k) int
-        k = 3: a point in the centroid of each piece. k = 6: each piece is cut into a fan of
-        triangles with the three-point rule in each, exact for quadratic functions.
+        Corners first.
+    points : (q, 3) float
+        Barycentric places of a rule. Each piece is cut into a fan of triangles with the rule in
+        each, which is exact as far as the rule is; that of one point, the centroid, is so in the
+        piece as a whole.
+    weights : (q,) float
+        In any one unit.
     changed : (c,) int
         The triangles.
     anchors, vertices, offsets
@@ -114,11 +119,11 @@ def clip_domains(nodes, elements, changed, anchors, vertices, offsets, owners):
 
     Returns
     -------
-    owner, element : (q,) int
+    owner, element : (r,) int
         In the order of `changed`, then of `owners`.
-    position : (q, 2) float
+    position : (r, 2) float
         [mm].
-    volume : (q,) float
+    volume : (r,) float
         [mm^2].
     """
     boxes = domain_boxes(vertices, offsets, owners)
@@ -153,44 +158,81 @@ def clip_domains(nodes, elements, changed, anchors, vertices, offsets, owners):
             for k in range(3):
                 n = clip(piece, n, corners[k], corners[(k + 1) % 3], 1.0, work)
                 piece, work = work, piece
-            if elements.shape[1] == 3:
+            if len(points) == 1:
                 area, x, y = area_and_centroid(piece, n)
                 if area > dust:
                     rows.append((p, e, x + origin[0], y + origin[1], area))
                 else:
                     lost += area
-                continue
-            for j in range(1, n - 1):
-                a, b, c = piece[0], piece[j], piece[j + 1]
-                area = triangle_area(a, b, c)
-                if area <= dust:
-                    lost += area
-                    continue
-                x, y = (a[0] + b[0] + c[0]) / 6.0, (a[1] + b[1] + c[1]) / 6.0
-                for corner in (a, b, c):
-                    rows.append(
-                        (
-                            p,
-                            e,
-                            x + 0.5 * corner[0] + origin[0],
-                            y + 0.5 * corner[1] + origin[1],
-                            area / 3.0,
-                        )
-                    )
-        if len(rows) > first:
-            largest = first
-            for row in range(first, len(rows)):
-                if rows[row][4] > rows[largest][4]:
-                    largest = row
-            # The areas of a triangle's pieces go on adding up to its own.
-            p, e, x, y, area = rows[largest]
-            rows[largest] = (p, e, x, y, area + lost)
+            else:
+                lost += add_fan(rows, (p, e), piece, n, origin, points, weights, dust)
+        give_to_largest(rows, first, lost)
 
     owner, element = np.empty(len(rows), np.int64), np.empty(len(rows), np.int64)
     position, volume = np.empty((len(rows), 2)), np.empty(len(rows))
     for row in range(len(rows)):
         owner[row], element[row], position[row, 0], position[row, 1], volume[row] = rows[row]
     return owner, element, position, volume
+
+
+@kernel
+def add_fan(rows, numbers, piece, n, origin, points, weights, dust):
+    """Add a rule in each triangle of a fan over a polygon; return the area that is dust.
+
+    Parameters
+    ----------
+    rows : list of (int, int, float, float, float)
+        Owner, element, x, y and area of the points; to be appended to.
+    numbers : (int, int)
+        Owner and element.
+    piece : (at least n, 2) float
+        Corners from the origin [mm].
+    n : int
+    origin : (2,) float
+        [mm].
+    points, weights
+        As in `clip_domains`.
+    dust : float
+        Area of a triangle that is none [mm^2].
+
+    Returns
+    -------
+    float
+    """
+    lost = 0.0
+    total = weights.sum()
+    for j in range(1, n - 1):
+        a, b, c = piece[0], piece[j], piece[j + 1]
+        area = triangle_area(a, b, c)
+        if area <= dust:
+            lost += area
+            continue
+        for q in range(len(points)):
+            # What all corners have a part of, and the rest: exact for the rule of three points.
+            least = min(points[q, 0], points[q, 1], points[q, 2])
+            parts = 1.0 / least
+            ra, rb, rc = points[q, 0] - least, points[q, 1] - least, points[q, 2] - least
+            x = (a[0] + b[0] + c[0]) / parts + (ra * a[0] + rb * b[0] + rc * c[0])
+            y = (a[1] + b[1] + c[1]) / parts + (ra * a[1] + rb * b[1] + rc * c[1])
+            share = area * weights[q] / total
+            rows.append((numbers[0], numbers[1], x + origin[0], y + origin[1], share))
+    return lost
+
+
+@kernel
+def give_to_largest(rows, first, lost):
+    """Add an area to the largest of the rows from `first` on, where there are any.
+
+    The areas of a triangle's pieces so go on adding up to its own.
+    """
+    if len(rows) == first:
+        return
+    largest = first
+    for row in range(first, len(rows)):
+        if rows[row][4] > rows[largest][4]:
+            largest = row
+    p, e, x, y, area = rows[largest]
+    rows[largest] = (p, e, x, y, area + lost)
 
 
 @kernel

@@ -13,14 +13,10 @@ from cfmpm.body.grid import Floats, Grid, Ints, Triangulation
 from cfmpm.body.materials import lame_constants, material_laws, stress_across
 from cfmpm.body.points import MaterialPoints, seed
 from cfmpm.equilibrium import small_strain
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.scene import Scene
 
 if TYPE_CHECKING:
     from cfmpm.state import Result, State
-
-# Linear faces of a six-node triangle: the three corners, then the middle.
-_PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
 
 def build_fields(result: Result) -> xr.Dataset:
@@ -56,10 +52,11 @@ def state_fields(
 
     Notes
     -----
-    UGRID knows only linear faces. The faces of T3 are the elements; a T6 element becomes four, so
-    that every node keeps its values: the three corners carry the state at the centroid of their
-    corner (the sub-triangles of the paper's section 2.3), the middle one the mean of the three.
-    These are the places of the first material points: growth moves the grid off its points.
+    UGRID knows only linear faces. The faces of T3 are the elements; an element of order p becomes
+    p^2, so that every node keeps its values. Each face carries the state in its middle: with T6 the
+    corners that of their material point (the sub-triangles of the paper's section 2.3), the inner
+    one the mean of the three. The state is that at the places of the first material points: growth
+    moves the grid off its points.
     """
     grid, points = state.grid, state.points
     scale = state.balance.scale(load_factor)
@@ -139,13 +136,12 @@ def linear_faces(grid: Grid) -> tuple[Ints, Ints]:
     Returns
     -------
     faces : (f, 3) int
-        T3: the elements. T6: four for each element, the corners 0, 1, 2 and then the middle.
+        Those of `Element.faces`, element by element.
     element : (f,) int
     """
-    elements = grid.elements
-    parts = _PARTS if elements.shape[1] == 6 else np.array([[0, 1, 2]])
-    faces = elements[:, parts].reshape(-1, 3)
-    return faces, np.repeat(np.arange(len(elements)), len(parts))
+    parts = grid.element.faces
+    faces = grid.elements[:, parts].reshape(-1, 3)
+    return faces, np.repeat(np.arange(len(grid.elements)), len(parts))
 
 
 def von_mises(stress: Floats) -> Floats:
@@ -167,11 +163,10 @@ def von_mises(stress: Floats) -> Floats:
 
 def _on_faces(values: Floats, grid: Grid) -> Floats:
     """Values of points as they were seeded, element by element, on the faces."""
-    if grid.elements.shape[1] == 3:
-        return values
-    corners = values.reshape(len(grid.elements), 3, *values.shape[1:])
-    four = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
-    return four.reshape(-1, *values.shape[1:])
+    weights = grid.element.face_weights
+    own = values.reshape(len(grid.elements), weights.shape[1], -1)
+    on_faces = np.einsum("fq,eqc->efc", weights, own)
+    return on_faces.reshape(-1, *values.shape[1:])
 
 
 def _topology() -> dict[str, Any]:
@@ -191,7 +186,7 @@ def _state_at_seeds(state: State) -> MaterialPoints:
     if finite and state.body.quadrature is None:
         return state.points
     seeds = seed(grid)
-    gradients = basis_gradients(grid.nodes, grid.elements, seeds.element, seeds.position)
+    gradients = grid.basis_gradients(seeds.element, seeds.position)
     if finite:
         mechanics.update_elastic(state.body, seeds, gradients, state.displacement)
     else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
     BeforeValidator,
@@ -13,12 +13,18 @@ from pydantic import (
     model_validator,
 )
 
+from cfmpm.registry.elements import ELEMENTS
 from cfmpm.scene.base import Model, refusal
 from cfmpm.scene.quantities import (
     LARGEST_LENGTH,
     Length,
     Positive,
 )
+
+if TYPE_CHECKING:
+    ElementWord = str
+else:
+    ElementWord = Literal[tuple(ELEMENTS)]
 
 
 class Grading(Model):
@@ -41,7 +47,11 @@ def _word(value: Any) -> Any:
 class Mesh(Model):
     """The background grid."""
 
-    element: Literal["T3", "T6"] = Field("T6", description="T3: 1 point, T6: 3 points a triangle")
+    element: ElementWord = Field(
+        "T6",
+        description=", ".join(f"{word}: {entry.description}" for word, entry in ELEMENTS.items())
+        + " a triangle",
+    )
     size: Length | None = Field(
         None, description="element size [mm]; default: a twentieth of the root of the body's area"
     )

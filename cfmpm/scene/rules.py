@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from itertools import chain
 
+from cfmpm.elements.record import find_element
 from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body
@@ -200,7 +201,7 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
         yield "formulation", "updated needs kinematics: finite; at small strain no grid is reset"
     if scene.growth is not None:
         yield "formulation", "updated does not go with growth; cracks grow under total"
-    if scene.mesh.element != "T3":
+    if not find_element(scene.mesh.element).constant_gradients:
         if scene.updated.ghost:
             yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"
         for key, needing in (("grid", "following"), ("integration", "domains")):

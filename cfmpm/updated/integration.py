@@ -42,6 +42,8 @@ def clipped(
     owner, element, position, area = clipping.clip_domains(
         grid.nodes,
         grid.elements,
+        grid.element.points,
+        grid.element.weights,
         np.flatnonzero(~whole),
         domains.anchors,
         domains.vertices,

@@ -14,7 +14,7 @@ from cfmpm.body.motion import Motion, nearest_filled
 from cfmpm.body.points import locate
 from cfmpm.body.springs import Springs, ghost, join, supports
 from cfmpm.errors import SolveError
-from cfmpm.kernels import assembly, basis
+from cfmpm.kernels import assembly
 from cfmpm.updated.grids import (
     are_filled,
     is_fixed,
@@ -67,7 +67,7 @@ def load_grid(body: Body, motion: Motion) -> Body:
     motion = replace(motion, springs=_springs(body, motion, fill))
     own_weight = np.zeros_like(force)
     if loading.body_force.any():
-        shape = basis.basis_values(grid.nodes, grid.elements, rows.element, rows.position)
+        shape = grid.basis_values(rows.element, rows.position)
         own_weight = assembly.body_force(
             grid.elements, len(grid.nodes), rows.element, shape, rows.volume, loading.body_force
         )
@@ -104,7 +104,7 @@ def _spread(grid: Grid, motion: Motion, force: Floats) -> Floats:
     """Put forces on the tracers onto the nodes of the grid around them."""
     loaded = np.flatnonzero(force.any(axis=1))
     carrier, position = motion.carrier[loaded], motion.tracers[loaded]
-    shape = basis.basis_values(grid.nodes, grid.elements, carrier, position)
+    shape = grid.basis_values(carrier, position)
     on_nodes = np.zeros_like(grid.nodes)
     np.add.at(on_nodes, grid.elements[carrier], shape[:, :, None] * force[loaded][:, None])
     return on_nodes

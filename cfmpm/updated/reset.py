@@ -20,7 +20,6 @@ from cfmpm.body.motion import Motion
 from cfmpm.body.points import MaterialPoints, relocate
 from cfmpm.body.volume_patches import build_patches
 from cfmpm.equilibrium.balance import Equilibrium
-from cfmpm.kernels import basis
 from cfmpm.updated.grids import (
     a_triangle_of_each,
     everywhere,
@@ -60,7 +59,7 @@ def begin(body: Body) -> Body:
         loading=body.loading,
         position=points.position,
         element=points.element,
-        gradients=basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+        gradients=grid.basis_gradients(points.element, points.position),
         displacement=np.zeros_like(grid.nodes),
         triangle=a_triangle_of_each(grid),
         carrier=a_triangle_of_each(grid),

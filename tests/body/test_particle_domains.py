@@ -14,7 +14,6 @@ from cfmpm.body.grid import build_grid
 from cfmpm.body.loads import Loading
 from cfmpm.body.points import locate, seed
 from cfmpm.equilibrium import small_strain
-from cfmpm.kernels import basis
 
 LAME = np.array([[3.0, 2.0]])
 STRESS = np.array([1.0, -0.7, 0.4])
@@ -76,7 +75,7 @@ def stressed(quadrature):
 
 
 def gradients(grid, points):
-    return basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    return grid.basis_gradients(points.element, points.position)
 
 
 def unloaded(grid, prescribed):

@@ -14,7 +14,7 @@ from structured import rectangle
 from cfmpm.body.grid import Triangulation, build_grid
 from cfmpm.body.points import seed
 from cfmpm.body.volume_patches import build_patches
-from cfmpm.kernels import assembly, basis, constitutive, finite, laws, patches
+from cfmpm.kernels import assembly, constitutive, finite, laws, patches
 
 
 def scattered(n, seed):
@@ -95,7 +95,7 @@ def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, 
             ends = grid.nodes[grid.elements[:, k]] + grid.nodes[grid.elements[:, (k + 1) % 3]]
             grid.nodes[grid.elements[:, 3 + k]] = 0.5 * ends
     points = seed(grid)
-    gradients = basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    gradients = grid.basis_gradients(points.element, points.position)
     free = np.ones((len(grid.nodes), 2), bool)
     free[np.unique(grid.edges["bottom"]), 1] = False
     free[np.unique(grid.edges["top"]), 0] = False

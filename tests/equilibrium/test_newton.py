@@ -12,7 +12,6 @@ import cfmpm
 from cfmpm.body.materials import material_laws
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.errors import SolveError
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.scene.reading import scene_from_dict
 
 BLOCK = {
@@ -119,7 +118,7 @@ def test_a_point_turned_inside_out_is_no_state():
     problem = newton.Problem(
         grid,
         points,
-        basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+        grid.basis_gradients(points.element, points.position),
         np.zeros((len(points), 2, 2)),
         material_laws(result.body.scene, grid.region_names),
         result.loading,
@@ -238,7 +237,7 @@ def test_accepted_states_are_stable_by_their_eigenvalues():
         problem = newton.Problem(
             grid,
             points,
-            basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+            grid.basis_gradients(points.element, points.position),
             np.zeros((len(points), 2, 2)),
             material_laws(result.body.scene, grid.region_names),
             result.loading,
@@ -378,7 +377,7 @@ class TestGrowth:
         problem = newton.Problem(
             grid,
             points,
-            basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+            grid.basis_gradients(points.element, points.position),
             np.zeros((len(points), 2, 2)),
             material_laws(body.scene, grid.region_names),
             body.loading,

@@ -12,7 +12,7 @@ import cfmpm
 from cfmpm.body.grid import build_grid
 from cfmpm.body.points import seed
 from cfmpm.fracture import cf
-from cfmpm.kernels import basis, eshelby
+from cfmpm.kernels import eshelby
 from cfmpm.scene.reading import scene_from_dict
 
 CRACKS = {
@@ -85,7 +85,7 @@ def test_body_force_enters_by_its_work_on_the_auxiliary_fields(element, density)
             grid.elements,
             points.element,
             points.position,
-            basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+            grid.basis_gradients(points.element, points.position),
             points.volume,
             points.displacement_gradient,
             points.stress,
@@ -101,7 +101,7 @@ def test_body_force_enters_by_its_work_on_the_auxiliary_fields(element, density)
         for force in (density, (0.0, 0.0))
     ]
     # Middle nodes have the mean of their ends: linear in each triangle.
-    values = basis.basis_values(grid.nodes, grid.elements, points.element, points.position)
+    values = grid.basis_values(points.element, points.position)
     q_here = np.einsum("pk,pk->p", values, q[grid.elements[points.element]])
     assert 0.0 < q_here[(q_here > 0.0) & (q_here < 1.0)].sum() < q_here.sum()
     b = frame @ density

@@ -22,7 +22,6 @@ from cfmpm.fracture.release import (
     is_tip,
     triangle_quality,
 )
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.scene import scene_from_dict
 
 EXACT = 1e-10  # degrees
@@ -288,7 +287,7 @@ def strip(element, transfer="domains", **changes):
 def balanced(body, points=None):
     """Solve a body, on its own quadrature points or on others; return the equilibrium."""
     points = points or body.integration
-    slopes = basis_gradients(body.grid.nodes, body.grid.elements, points.element, points.position)
+    slopes = body.grid.basis_gradients(points.element, points.position)
     lame = lame_constants(body.scene, body.grid.region_names)
     problem = body.grid, points, slopes, lame, body.loading
     return small_strain.solve_linear(small_strain.assemble_stiffness(*problem), *problem)

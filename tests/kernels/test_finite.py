@@ -12,7 +12,7 @@ from structured import rectangle
 from cfmpm.body.grid import Grid, build_grid
 from cfmpm.body.points import MaterialPoints, seed
 from cfmpm.body.volume_patches import build_patches
-from cfmpm.kernels import assembly, basis, constitutive, eshelby, finite, laws, patches
+from cfmpm.kernels import assembly, constitutive, eshelby, finite, laws, patches
 
 PARAMETERS = np.array([[1.2e5, 8e4, 300.0, 1e3], [6e4, 3e4, 100.0, 0.0]])
 LAWS = [laws.HENCKY, laws.NEO_HOOKEAN, laws.CIARLET, laws.J2]
@@ -103,7 +103,7 @@ def body(law, element="T3", *, patched=False):
         np.array([law, law]),
         np.zeros((len(points), 2, 2)),
         np.zeros((len(points), 6 if law == laws.J2 else 0)),
-        basis.basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+        grid.basis_gradients(points.element, points.position),
         joined.of_triangle[points.element] if patched else ALONE,
         joined.nodes if patched else grid.elements,
     )
@@ -113,7 +113,7 @@ def moved_to(model, nodes):
     """The same points in the triangles of a grid with other nodes."""
     grid = replace(model.grid, nodes=nodes)
     points = replace(seed(grid), material=model.points.material)
-    gradients = basis.basis_gradients(nodes, grid.elements, points.element, points.position)
+    gradients = grid.basis_gradients(points.element, points.position)
     return replace(model, grid=grid, points=points, gradients=gradients)
 
 
@@ -260,7 +260,7 @@ def test_reset_grid_gives_what_one_step_from_the_reference_gives(law, element):
         moved = total.grid.nodes + half
         carried = moved[total.grid.elements].mean(axis=1)
         np.testing.assert_allclose(
-            basis.basis_gradients(moved, total.grid.elements, total.points.element, carried),
+            replace(total.grid, nodes=moved).basis_gradients(total.points.element, carried),
             in_space,
             atol=1e-12 * abs(in_space).max(),
         )

@@ -11,7 +11,6 @@ from cfmpm.body.materials import lame_constants
 from cfmpm.body.points import MaterialPoints, seed
 from cfmpm.equilibrium import balance, small_strain
 from cfmpm.fracture import cf
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.meshing import triangulate
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
@@ -41,7 +40,7 @@ def solve_prescribed():
         scene = expand(scene_from_dict({"name": "prescribed", **body}))
         grid = build_grid(triangulate(scene), scene.mesh.element)
         points = seed(grid)
-        gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+        gradients = grid.basis_gradients(points.element, points.position)
         lame = lame_constants(scene, grid.region_names)
         outer = np.unique(np.concatenate([edges.ravel() for edges in grid.edges.values()]))
         prescribed = np.zeros((len(grid.nodes), 2), bool)

@@ -22,7 +22,6 @@ from cfmpm.equilibrium import balance, contact, small_strain
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.fracture.interaction import IntensityFactors, intensity_factors
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.linear import solvers
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
@@ -77,7 +76,7 @@ def solve(scene: dict, solver: str = "superlu") -> Solved:
     full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
     body = build.build(full)
     grid, points = body.grid, body.integration
-    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    gradients = grid.basis_gradients(points.element, points.position)
     lame = lame_constants(full, grid.region_names)
     stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, body.loading)
     balance = small_strain.solve_linear(
@@ -223,7 +222,7 @@ def test_pressure_passes_through_joined_cracks(element, last):
     mesh = replace(mesh, cracks={**mesh.cracks, "crack_2": np.column_stack([line[:-1], line[1:]])})
     grid = build_grid(mesh, element)
     points = seed(grid)
-    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    gradients = grid.basis_gradients(points.element, points.position)
     prescribed = np.zeros((len(grid.nodes), 2), bool)
     prescribed[np.concatenate([edges.ravel() for edges in grid.edges.values()])] = True
     squeezed = np.where(prescribed, -0.1 * grid.nodes, 0.0)

@@ -13,7 +13,6 @@ from cfmpm.body.loads import Loading
 from cfmpm.body.points import seed
 from cfmpm.equilibrium import small_strain
 from cfmpm.fracture import cf
-from cfmpm.kernels.basis import basis_gradients, basis_values
 
 LAME = np.array([[1.3, 0.9]])
 
@@ -21,7 +20,7 @@ LAME = np.array([[1.3, 0.9]])
 def solve_with_boundary_displacement(grid, field, lame=LAME):
     """Prescribe a displacement field on the outer boundary and solve for the inside."""
     points = seed(grid)
-    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    gradients = grid.basis_gradients(points.element, points.position)
     boundary = np.unique(np.concatenate([e.ravel() for e in grid.edges.values()]))
     prescribed = np.zeros((len(grid.nodes), 2), bool)
     prescribed[boundary] = True
@@ -65,7 +64,7 @@ def test_quadratic_displacement_is_exact_for_t6_with_body_force(element):
     """T6 holds quadratic fields; the body force that balances one is integrated exactly."""
     grid = build_grid(rectangle(4, 4, shake=0.5, seed=3), element)
     points = seed(grid)
-    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    gradients = grid.basis_gradients(points.element, points.position)
     lam, mu = LAME[0]
     # u = (x^2, 0): div sigma = (2 (lam + 2 mu), 0).
     exact = np.column_stack([grid.nodes[:, 0] ** 2, np.zeros(len(grid.nodes))])
@@ -74,7 +73,7 @@ def test_quadratic_displacement_is_exact_for_t6_with_body_force(element):
     from cfmpm.kernels import assembly
 
     density = np.array([-2 * (lam + 2 * mu), 0.0])
-    values = basis_values(grid.nodes, grid.elements, points.element, points.position)
+    values = grid.basis_values(points.element, points.position)
     body = assembly.body_force(
         grid.elements, len(grid.nodes), points.element, values, points.volume, density
     )
@@ -113,8 +112,8 @@ def test_configurational_forces_of_a_body_add_up_to_its_boundary(element):
 def test_basis_is_a_partition_of_unity_with_the_right_gradients(element):
     grid = build_grid(rectangle(3, 3, shake=0.4), element)
     points = seed(grid)
-    values = basis_values(grid.nodes, grid.elements, points.element, points.position)
-    gradients = basis_gradients(grid.nodes, grid.elements, points.element, points.position)
+    values = grid.basis_values(points.element, points.position)
+    gradients = grid.basis_gradients(points.element, points.position)
     np.testing.assert_allclose(values.sum(axis=1), 1.0, rtol=0, atol=1e-15)
     np.testing.assert_allclose(gradients.sum(axis=1), 0.0, atol=1e-14)
     np.testing.assert_allclose(
@@ -127,5 +126,5 @@ def test_basis_is_a_partition_of_unity_with_the_right_gradients(element):
     for axis in range(2):
         shifted = points.position.copy()
         shifted[:, axis] += step
-        ahead = basis_values(grid.nodes, grid.elements, points.element, shifted)
+        ahead = grid.basis_values(points.element, shifted)
         np.testing.assert_allclose((ahead - values) / step, gradients[:, :, axis], atol=2e-4)

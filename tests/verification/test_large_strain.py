@@ -17,7 +17,6 @@ from cfmpm.body.loads import Loading
 from cfmpm.body.materials import material_laws
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.fracture import cf
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.scene.reading import scene_from_dict
 
 pytest.importorskip("skfem")
@@ -57,9 +56,7 @@ def problem_of(scene):
     """What Newton's method needs, for loads of one's own."""
     body = build.build(scene)
     points = body.integration
-    gradients = basis_gradients(
-        body.grid.nodes, body.grid.elements, points.element, points.position
-    )
+    gradients = body.grid.basis_gradients(points.element, points.position)
     laws = material_laws(body.scene, body.grid.region_names)
     base = np.zeros((len(points), 2, 2))
     return newton.Problem(body.grid, points, gradients, base, laws, body.loading, "superlu")

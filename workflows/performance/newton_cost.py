@@ -18,7 +18,6 @@ from cfmpm.body.materials import material_laws
 from cfmpm.body.points import relocate
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.kernels import finite
-from cfmpm.kernels.basis import basis_gradients
 from cfmpm.linear import solvers
 from cfmpm.output.files import write_dataset
 from workflows.settings import scene_with
@@ -88,7 +87,7 @@ def _problem(scene: Any) -> newton.Problem:
     return newton.Problem(
         grid=grid,
         points=points,
-        gradients=basis_gradients(grid.nodes, grid.elements, points.element, points.position),
+        gradients=grid.basis_gradients(points.element, points.position),
         base=np.zeros((len(points), 2, 2)),
         laws=material_laws(body.scene, grid.region_names),
         loading=body.loading,

@@ -1,0 +1,1 @@
+"""Background elements: one record of plain numbers for each, in a file of its own."""
