@@ -9,7 +9,7 @@ import numpy as np
 from cfmpm.body import transfer
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid
-from cfmpm.body.materials import lame_constants, material_laws
+from cfmpm.body.materials import PLASTIC_WORK
 from cfmpm.body.points import MaterialPoints, relocate
 from cfmpm.body.volume_patches import patch_of
 from cfmpm.clock import Clock
@@ -21,8 +21,6 @@ from cfmpm.kernels import finite
 from cfmpm.scene.model import Scene
 from cfmpm.updated import reference
 
-# Column of the history of points.
-PLASTIC_WORK = 5
 # Part of the energy that finite deformation would change, above which `auto` takes it. A tenth of
 # that would send steel at half its yield stress (strain 1e-3) there, and take away its K.
 NEGLIGIBLE = 1e-2
@@ -171,7 +169,7 @@ def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: fl
     """
     grid, points, loading = body.grid, body.integration, body.loading
     energy = np.sum(points.energy * points.volume)
-    stiffest = lame_constants(body.scene, grid.region_names).max()
+    stiffest = body.materials.elastic.max()
     if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max():
         return 0.0
     factor = level
@@ -216,7 +214,7 @@ def update_elastic(
     float
         Smallest determinant of the deformation gradient; no stress where it is not positive.
     """
-    laws = material_laws(body.scene, body.grid.region_names)
+    materials = body.materials
     points.displacement_gradient, points.stress, points.energy, _, det_F = finite.update_points(
         body.grid.elements,
         points.element,
@@ -224,9 +222,9 @@ def update_elastic(
         np.zeros((len(points), 2, 2)),
         points.volume,
         points.material,
-        laws.law,
-        laws.parameters,
-        laws.virgin_history(len(points)),
+        materials.law,
+        materials.constants,
+        materials.virgin_history(len(points)),
         displacement,
         patch_of(body.patches, points),
     )
@@ -240,8 +238,7 @@ def _may_be_finite(scene: Scene) -> bool:
 
 def _solve_small(body: Body, gradients: Floats, clock: Clock) -> Equilibrium:
     grid, points, loading = body.grid, body.integration, body.loading
-    lame = lame_constants(body.scene, grid.region_names)
-    problem = grid, points, gradients, lame, loading
+    problem = grid, points, gradients, body.materials, loading
     with clock("stiffness"):  # step 3
         stiffness = small_strain.assemble_stiffness(*problem, body.patches)
     with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
@@ -257,7 +254,7 @@ def _solve_finite(
         points=points,
         gradients=gradients,
         base=np.zeros((len(points), 2, 2)) if motion is None else motion.base,
-        laws=material_laws(body.scene, body.grid.region_names),
+        materials=body.materials,
         loading=body.loading,
         solver=body.scene.solver,
         patches=body.patches,

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from cfmpm import mechanics
 from cfmpm.body import body as bodies
-from cfmpm.body.materials import lame_constants, region_materials
 from cfmpm.build import build
 from cfmpm.clock import Clock
 from cfmpm.ending import LastCracks, RunEnded
@@ -76,18 +75,16 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
     assert at.gradients is not None
     body, scene = at.body, at.body.scene
     with clock("fracture"):
-        lame = lame_constants(scene, body.grid.region_names)
-        g_c = [material.g_c for material in region_materials(scene, body.grid.region_names)]
         seen = reference.in_reference(body, at.gradients, balance)
         nodal = mechanics.nodal_force(*seen)
         plastic = mechanics.plastic_nodal_force(*seen)
-        tips = evaluate_tips(seen[0], seen[1], lame, seen[2], nodal, g_c, plastic)
+        tips = evaluate_tips(*seen, nodal, plastic)
         tips |= reference.compare(body, at.gradients, balance)
         factor = balance.load_factor if balance.finite else mechanics.load_levels(scene)[at.level]
         decision = growth.decide(
             body.grid,
             tips,
-            g_c,
+            body.materials.g_c,
             scene.growth,
             at.decision,
             factor,

@@ -10,7 +10,7 @@ import numpy as np
 from cfmpm.body import particle_domains
 from cfmpm.body.grid import Grid, Ints, Triangulation, build_grid
 from cfmpm.body.loads import Loading, apply_loads, hold_nodes
-from cfmpm.body.materials import locks
+from cfmpm.body.materials import Materials
 from cfmpm.body.motion import Motion
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.tip_domains import Domains, choose_domains
@@ -52,6 +52,8 @@ class Body:
     ----------
     scene : Scene
         Expanded: with its geometry, loads and names.
+    materials : Materials
+        Of the regions.
     triangulation : Triangulation
         The grid with its cracks closed, from which growth makes the next one.
     grid : Grid
@@ -77,6 +79,7 @@ class Body:
     """
 
     scene: Scene
+    materials: Materials
     triangulation: Triangulation
     grid: Grid
     points: MaterialPoints
@@ -100,6 +103,7 @@ class Body:
 
 def compose(
     scene: Scene,
+    materials: Materials,
     triangulation: Triangulation,
     grid: Grid,
     points: MaterialPoints,
@@ -113,7 +117,7 @@ def compose(
     ----------
     scene : Scene
         Expanded.
-    triangulation, grid, points, domains, quadrature, grown
+    materials, triangulation, grid, points, domains, quadrature, grown
         As in `Body`.
 
     Returns
@@ -131,6 +135,7 @@ def compose(
     floating, empty = _without_points(grid, integration.element)
     return Body(
         scene=scene,
+        materials=materials,
         triangulation=triangulation,
         grid=grid,
         points=points,
@@ -139,7 +144,7 @@ def compose(
         integration=integration,
         loading=hold_nodes(apply_loads(scene, grid, integration), floating),
         tip_domains=_tip_domains(scene, grid),
-        patches=build_patches(grid) if locks(scene, grid.region_names) else None,
+        patches=build_patches(grid) if grid.element.locks and materials.locks.any() else None,
         grown=grown,
         empty_elements=empty,
         floating_nodes=len(floating),

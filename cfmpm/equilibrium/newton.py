@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.loads import Loading
-from cfmpm.body.materials import Laws
+from cfmpm.body.materials import Materials
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.springs import Springs
 from cfmpm.body.volume_patches import Patches, patch_of
@@ -60,7 +60,7 @@ class Problem:
         Basis gradients with respect to the reference configuration [1/mm].
     base : (p, 2, 2) float
         Displacement gradient of the points before the grid moves.
-    laws : Laws
+    materials : Materials
     loading : Loading
     solver : str
     patches : Patches or None
@@ -77,7 +77,7 @@ class Problem:
     points: MaterialPoints
     gradients: Floats
     base: Floats
-    laws: Laws
+    materials: Materials
     loading: Loading
     solver: str = "auto"
     patches: Patches | None = None
@@ -174,7 +174,7 @@ class March:
 
     def state(self, displacement: Floats) -> PointStates:
         """Evaluate the points; SolveError where one is turned inside out."""
-        grid, points, laws = self._problem.grid, self._problem.points, self._problem.laws
+        grid, points, materials = self._problem.grid, self._problem.points, self._problem.materials
         gradient, stress, energy, history, det_F = finite.update_points(
             grid.elements,
             points.element,
@@ -182,8 +182,8 @@ class March:
             self._problem.base,
             points.volume,
             points.material,
-            laws.law,
-            laws.parameters,
+            materials.law,
+            materials.constants,
             self._history,
             displacement,
             self._problem.patch,
@@ -207,7 +207,7 @@ class March:
 
     def factor_at(self, state: PointStates) -> csr_array:
         """Factor the stiffness of a state; SolveError where it is not positive definite."""
-        points, laws = self._problem.points, self._problem.laws
+        points, materials = self._problem.points, self._problem.materials
         indptr, indices = self._problem.pattern
         data = finite.stiffness(
             self._problem.slots,
@@ -216,8 +216,8 @@ class March:
             self._problem.gradients,
             points.volume,
             points.material,
-            laws.law,
-            laws.parameters,
+            materials.law,
+            materials.constants,
             self._history,
             state.displacement_gradient,
             self._problem.patch,
@@ -232,8 +232,8 @@ class March:
                 self._problem.gradients,
                 points.volume,
                 points.material,
-                laws.law,
-                laws.parameters,
+                materials.law,
+                materials.constants,
                 state.displacement_gradient,
                 self._problem.patch,
             )
@@ -265,7 +265,7 @@ class March:
     def first_step(self, rate: Floats, total: float) -> float:
         """Return the change of load factor that strains the body by `FIRST_STRAIN`."""
         grid, points = self._problem.grid, self._problem.points
-        lame = self._problem.laws.parameters[:, :2]
+        lame = self._problem.materials.lame
         energy = constitutive.linear_elastic(
             grid.elements, points.element, self._problem.gradients, points.material, lame, rate
         )[2]
@@ -368,12 +368,12 @@ class March:
 
     def _unstable_points(self, state: PointStates) -> int:
         """Count the points that have lost ellipticity."""
-        points, laws = self._problem.points, self._problem.laws
+        points, materials = self._problem.points, self._problem.materials
         lowest = acoustic.ellipticity(
             points.volume,
             points.material,
-            laws.law,
-            laws.parameters,
+            materials.law,
+            materials.constants,
             self._history,
             state.displacement_gradient,
             self._problem.patch,

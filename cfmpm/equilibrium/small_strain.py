@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.body.loads import Loading
+from cfmpm.body.materials import Materials
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.volume_patches import Patches
 from cfmpm.equilibrium.balance import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
@@ -26,7 +27,7 @@ def assemble_stiffness(
     grid: Grid,
     points: MaterialPoints,
     gradients: Floats,
-    lame: Floats,
+    materials: Materials,
     loading: Loading,
     patches: Patches | None = None,
 ) -> csr_array:
@@ -38,8 +39,7 @@ def assemble_stiffness(
     points : MaterialPoints
     gradients : (p, k, 2) float
         Basis gradients at the points [1/mm].
-    lame : (q, 2) float
-        Lame's constants [MPa].
+    materials : Materials
     loading : Loading
     patches : Patches, optional
         Over which the change of volume is averaged.
@@ -52,6 +52,7 @@ def assemble_stiffness(
     free = loading.free
     indptr, indices = sparsity(grid, loading, patches)
     shared = points.element, gradients, points.volume, points.material
+    lame = materials.lame
     own = lame if patches is None else lame * [[0.0, 1.0]]
     data = assembly.stiffness(grid.elements, free, indptr, indices, *shared, own)
     if patches is not None:
@@ -74,11 +75,12 @@ def update_points(
     grid: Grid,
     points: MaterialPoints,
     gradients: Floats,
-    lame: Floats,
+    materials: Materials,
     displacement: Floats,
     patches: Patches | None = None,
 ) -> None:
     """Give every point its displacement gradient, stress and energy, in place."""
+    lame = materials.lame
     own = lame if patches is None else lame * [[0.0, 1.0]]
     points.displacement_gradient, points.stress, points.energy = constitutive.linear_elastic(
         grid.elements, points.element, gradients, points.material, own, displacement
@@ -107,7 +109,7 @@ def solve_linear(
     grid: Grid,
     points: MaterialPoints,
     gradients: Floats,
-    lame: Floats,
+    materials: Materials,
     loading: Loading,
     solver: str = "auto",
     patches: Patches | None = None,
@@ -126,7 +128,7 @@ def solve_linear(
     points : MaterialPoints
         Updated in place to the state of balance.
     gradients : (p, k, 2) float
-    lame : (q, 2) float
+    materials : Materials
     loading : Loading
     solver : str
     patches : Patches, optional
@@ -145,7 +147,7 @@ def solve_linear(
     displacement = loading.displacement.copy()
     unbalanced = loading.force
     if displacement.any():
-        update_points(grid, points, gradients, lame, displacement, patches)
+        update_points(grid, points, gradients, materials, displacement, patches)
         unbalanced = loading.force - internal_force(grid, points, gradients)
     chosen = solvers.select(stiffness.shape[0], solver)
     modes = solvers.rigid_body_modes(grid.nodes, free) if chosen.name == "amg" else None
@@ -159,7 +161,7 @@ def solve_linear(
     else:
         contact = Contact(apart, np.zeros_like(apart), np.zeros(0))
     displacement = loading.at_rest(contact.displacement)
-    update_points(grid, points, gradients, lame, displacement, patches)
+    update_points(grid, points, gradients, materials, displacement, patches)
     force = internal_force(grid, points, gradients)
     # A rigid motion ends without force: what had to be balanced on the way sets the scale.
     scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))

@@ -37,7 +37,7 @@ def at_rest(problem: Problem) -> Equilibrium:
         load_factor=0.0,
         finite=True,
         external_work=0.0,
-        history=problem.laws.virgin_history(len(problem.points)),
+        history=problem.materials.virgin_history(len(problem.points)),
     )
 
 

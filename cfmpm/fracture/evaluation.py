@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -21,10 +21,8 @@ from cfmpm.fracture.interaction import bent_faces, intensity_factors
 def evaluate_tips(
     body: Body,
     gradients: Floats,
-    lame: Floats,
     balance: Equilibrium,
     nodal: Floats,
-    g_c: Sequence[float | None],
     plastic: Floats | None = None,
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
@@ -38,13 +36,9 @@ def evaluate_tips(
         In balance.
     gradients : (p, k, 2) float
         Basis gradients at its quadrature points [1/mm].
-    lame : (q, 2) float
-        Lame's constants of each region [MPa].
     balance : Equilibrium
     nodal : (n, 2) float
         From `cf.nodal_force`.
-    g_c : sequence of float or None
-        Critical energy release rate of each region [N/mm].
     plastic : (n, 2) float, optional
         From `mechanics.plastic_nodal_force`.
 
@@ -59,7 +53,7 @@ def evaluate_tips(
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         ahead = regions_ahead(grid, tip, tip.tangent)
-        region = ahead[0]
+        material = body.materials.row(ahead[0])
         has_k = not (balance.finite or domain.on_border)
         near = _Neighbourhood.of(body, gradients, balance, nodal, tip, max(domain.radii))
         rings: list[dict[str, float]] = []
@@ -78,12 +72,12 @@ def evaluate_tips(
                 weight = cf.ring_weight(grid, tip, radius)
                 ring["J_plastic_radius"] = cf.j_integral(plastic, weight, tip)
             if has_k:
-                faces = bent_faces(grid, balance.displacement, tip, radius, lame[region])
+                faces = bent_faces(grid, balance.displacement, tip, radius, material)
                 k = intensity_factors(
                     near.grid,
                     near.points,
                     near.gradients,
-                    lame[region],
+                    material,
                     near.tip,
                     q,
                     body_force,
@@ -120,8 +114,8 @@ def evaluate_tips(
             row["kink_angle"] = criteria.max_hoop_angle(k_1, k_2)
             rule = "max_hoop" if body.scene.growth is None else body.scene.growth.direction
             row["G_kink"] = row["G"] * criteria.kink_factor(rule, k_1, k_2)
-            toughness = g_c[region]
-            if toughness is not None and k_1 > -abs(k_2):
+            toughness = float(material.g_c[0])
+            if not math.isnan(toughness) and k_1 > -abs(k_2):
                 row["critical_load_factor"] = criteria.critical_load_factor(
                     row["G_kink"], toughness
                 )

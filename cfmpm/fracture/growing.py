@@ -15,7 +15,6 @@ from cfmpm.body.body import (
     named_grid,
 )
 from cfmpm.body.grid import Floats, Triangulation
-from cfmpm.body.materials import region_materials
 from cfmpm.body.points import relocate
 from cfmpm.body.rigid_motions import UnheldError
 from cfmpm.ending import LastCracks, RunEnded
@@ -50,8 +49,6 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     steps: list[Release] = []
     segments: dict[str, float] = {}
     spent = 0.0
-    materials = region_materials(scene, body.grid.region_names)
-    toughness = np.array([material.g_c for material in materials], float)
     refined = [np.empty(0, np.int64)]
     for name, direction in running.items():
         tip = tips[name]
@@ -64,7 +61,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
             step = advance(mesh, tip.crack, tip.end, direction)
             mesh = step.triangulation
             segments[name] = float(np.hypot(*(mesh.nodes[step.end] - mesh.nodes[step.start])))
-            spent += segments[name] * _toughness_of(mesh, step, toughness)
+            spent += segments[name] * _toughness_of(mesh, step, body.materials.g_c)
             steps.append(step)
     names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
     grid = named_grid(mesh, scene, names)
@@ -92,7 +89,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
     if met:
         raise RunEnded("met_point", met, cracks=cracks)
     try:
-        return compose(scene, mesh, grid, points, domains, quadrature, grown)
+        return compose(scene, body.materials, mesh, grid, points, domains, quadrature, grown)
     except UnheldError as unheld:
         x, y = unheld.centre
         text = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -52,7 +52,7 @@ class Decision:
 def decide(
     grid: Grid,
     values: Mapping[str, Any],
-    g_c: Sequence[float | None],
+    g_c: Floats,
     growth: Growth | None,
     last: Decision | None = None,
     load_factor: float = 1.0,
@@ -69,8 +69,8 @@ def decide(
     grid : Grid
     values : mapping of str to (tip,) array
         By the names of `output.variables.VARIABLES`.
-    g_c : sequence of float or None
-        Critical energy release rate of each region [N/mm].
+    g_c : (q,) float
+        Critical energy release rate of each region [N/mm]; nan where there is none.
     growth : Growth or None
         None where the cracks do not grow.
     last : Decision, optional
@@ -133,7 +133,7 @@ def _part_of_toughness(
     grid: Grid,
     values: Mapping[str, Any],
     heading: Mapping[str, Floats],
-    g_c: Sequence[float | None],
+    g_c: Floats,
     growth: Growth,
     scale: float,
 ) -> Floats:

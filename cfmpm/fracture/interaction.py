@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
-from cfmpm.body.materials import plane_modulus
+from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import MaterialPoints
 from cfmpm.kernels import constitutive, eshelby
 
@@ -35,7 +35,7 @@ def intensity_factors(
     grid: Grid,
     points: MaterialPoints,
     gradients: Floats,
-    lame: Floats,
+    material: Materials,
     tip: CrackTip,
     q: Floats,
     body_force: Floats,
@@ -50,8 +50,8 @@ def intensity_factors(
     points : MaterialPoints
     gradients : (p, k, 2) float
         Basis gradients at the points [1/mm].
-    lame : (2,) float
-        Lame's constants of the material in the ring [MPa].
+    material : Materials
+        That in the ring.
     tip : CrackTip
     q : (n,) float
         From `cf.ring_weight`. The ring lies in one material. The crack in it may be bent: the
@@ -69,6 +69,7 @@ def intensity_factors(
         K = E' I / 2 (Stern, Becker and Dunham 1976), T = E' I of the unit point force (Kfouri
         1986), G = (K_I^2 + K_II^2) / E' (Irwin 1957).
     """
+    lame = material.lame[0]
     modulus = plane_modulus(*lame)
     # Only points with a node inside the ring can add anything.
     inside = np.flatnonzero(np.any(q[grid.elements[:, :3]] > 0.0, axis=1)[points.element])
@@ -164,7 +165,7 @@ class BentFaces:
 
 
 def bent_faces(
-    grid: Grid, displacement: Floats, tip: CrackTip, radius: float, lame: Floats
+    grid: Grid, displacement: Floats, tip: CrackTip, radius: float, material: Materials
 ) -> BentFaces | None:
     """Find what the faces of a bent crack add to the integrals over a ring.
 
@@ -182,8 +183,8 @@ def bent_faces(
     tip : CrackTip
     radius : float
         Of `cf.ring_weight` [mm].
-    lame : (2,) float
-        Lame's constants [MPa].
+    material : Materials
+        That in the ring.
 
     Returns
     -------
@@ -216,7 +217,7 @@ def bent_faces(
         element,
         gradients,
         np.zeros(len(element), np.int64),
-        lame[None, :],
+        material.lame,
         displacement,
     )
     tensor = stress[:, [[0, 2], [2, 1]]]

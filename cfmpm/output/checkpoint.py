@@ -17,6 +17,7 @@ from cfmpm.body.body import Body, Grown
 from cfmpm.body.grid import Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
 from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.build import materials_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import Problem, SceneError
 from cfmpm.fracture.fatigue import Progress
@@ -238,13 +239,15 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
 
     grid = bodies.named_grid(mesh, record.full, names)
     points = table("points", MaterialPoints)
+    materials = materials_of(record.full, mesh.region_names)
     quadrature = table("quadrature", Quadrature)
     if record.full.formulation == "updated":
-        body = reset.begin(bodies.compose(record.full, mesh, grid, seed(grid)))
+        body = reset.begin(bodies.compose(record.full, materials, mesh, grid, seed(grid)))
         kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
         return reset.restore(body, arrays["grid.nodes"], points, quadrature, kept)
     return bodies.compose(
         record.full,
+        materials,
         mesh,
         grid,
         points,

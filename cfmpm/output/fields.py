@@ -10,7 +10,7 @@ import xarray as xr
 
 from cfmpm import mechanics
 from cfmpm.body.grid import Floats, Grid, Ints, Triangulation
-from cfmpm.body.materials import lame_constants, material_laws, stress_across
+from cfmpm.body.materials import stress_across
 from cfmpm.body.points import MaterialPoints, seed
 from cfmpm.equilibrium import small_strain
 from cfmpm.scene import Scene
@@ -190,22 +190,20 @@ def _state_at_seeds(state: State) -> MaterialPoints:
     if finite:
         mechanics.update_elastic(state.body, seeds, gradients, state.displacement)
     else:
-        lame = lame_constants(state.scene, grid.region_names)
+        body = state.body
         small_strain.update_points(
-            grid, seeds, gradients, lame, state.displacement, state.body.patches
+            grid, seeds, gradients, body.materials, state.displacement, body.patches
         )
     return seeds
 
 
 def _with_sigma_zz(points: MaterialPoints, state: State) -> Floats:
     """sigma_xx, sigma_yy, sigma_xy, sigma_zz of points, (p, 4)."""
-    scene, names = state.scene, state.grid.region_names
-    across = np.zeros(len(points))
+    materials = state.body.materials
     if state.balance.finite:
-        across = stress_across(material_laws(scene, names), points, state.body.patches)
-    elif scene.plane == "strain":
-        lam, mu = lame_constants(scene, names)[points.material].T
-        across = lam / (2.0 * (lam + mu)) * points.stress[:, :2].sum(axis=1)
+        across = stress_across(materials, points, state.body.patches)
+    else:
+        across = np.sum(materials.across[points.material] * points.stress, axis=1)
     return np.column_stack([points.stress, across])
 
 

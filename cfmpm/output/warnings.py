@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from cfmpm.body.body import Body
 from cfmpm.body.crack_faces import smallest_openings
-from cfmpm.body.materials import region_materials
 from cfmpm.body.motion import Motion
 from cfmpm.body.tip_domains import FILL, RESOLVED
 from cfmpm.body.volume_patches import patch_of
@@ -147,9 +146,7 @@ def doubts_before(body: Body) -> list[str]:
             "nothing loads the body, so all results are zero: give loads a traction, a force or a "
             "displacement other than zero, or a body_force"
         )
-    if body.patches is not None and any(
-        material.law == "j2" for material in region_materials(body.scene, grid.region_names)
-    ):
+    if body.patches is not None and body.materials.plastic.any():
         found.append(
             "T3 with plastic flow stays too stiff near the limit load, averaged over pairs of "
             "triangles or not: take mesh.element: T6, which under formulation: updated goes with "

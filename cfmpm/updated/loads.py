@@ -9,7 +9,6 @@ import numpy as np
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.loads import hold_nodes
-from cfmpm.body.materials import region_materials
 from cfmpm.body.motion import Motion, nearest_filled
 from cfmpm.body.points import locate
 from cfmpm.body.springs import Springs, ghost, join, supports
@@ -28,7 +27,7 @@ LITTLE = 0.6
 
 
 def largest_modulus(body: Body) -> float:
-    return max(m.E for m in region_materials(body.scene, body.grid.region_names))
+    return float(body.materials.E.max())
 
 
 def load_grid(body: Body, motion: Motion) -> Body:

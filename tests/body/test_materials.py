@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cfmpm.body.materials import Laws, stress_across
+from cfmpm.body.materials import Materials, material_table, stress_across
 from cfmpm.body.points import MaterialPoints
 from cfmpm.kernels import laws
 
@@ -33,6 +33,18 @@ def derivative(law, F, zz=0.0, h=1e-3):
     """dW/dl of a stretch l across the plane, at l = 1, by differences of fourth order."""
     values = [energies(law, F, 1.0 + k * h, zz) for k in (-2, -1, 1, 2)]
     return (8 * (values[2] - values[1]) - (values[3] - values[0])) / (12 * h)
+
+
+def table(*words, lam=None, plastic=(YIELD, HARDENING)) -> Materials:
+    """One region a law."""
+    lam = np.full(len(words), LAM) if lam is None else lam
+    E, nu = MU * (3 * lam + 2 * MU) / (lam + MU), lam / (2 * (lam + MU))
+    rows = [
+        {"E": E[i], "nu": nu[i], "law": word}
+        | (dict(zip(("yield_stress", "hardening"), plastic, strict=True)) if word == "j2" else {})
+        for i, word in enumerate(words)
+    ]
+    return material_table(rows, "strain")
 
 
 def points_of(gradients, stress, material):
@@ -63,13 +75,15 @@ def gradients():
     return np.concatenate([scale * rng.uniform(-1, 1, (8, 2, 2)) for scale in (1e-3, 0.1, 0.45)])
 
 
-@pytest.mark.parametrize("law", [laws.HENCKY, laws.NEO_HOOKEAN, laws.CIARLET])
-def test_stress_across_is_the_derivative_of_the_energy(law):
+@pytest.mark.parametrize(
+    ("word", "law"),
+    [("hencky", laws.HENCKY), ("neo_hookean", laws.NEO_HOOKEAN), ("ciarlet", laws.CIARLET)],
+)
+def test_stress_across_is_the_derivative_of_the_energy(word, law):
     """sigma_zz = (dW/dl) / J at plane strain."""
     H = gradients()
     stress = np.array([cauchy(law, h)[0] for h in H])
-    table = Laws(np.array([law]), np.array([[LAM, MU, 0.0, 0.0]]))
-    found = stress_across(table, points_of(H, stress, np.zeros(len(H), np.int64)))
+    found = stress_across(table(word), points_of(H, stress, np.zeros(len(H), np.int64)))
     F = EYE + H
     expected = [derivative(law, f) / np.linalg.det(f) for f in F]
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-9 * MU)
@@ -77,14 +91,15 @@ def test_stress_across_is_the_derivative_of_the_energy(law):
 
 def test_stress_across_where_material_has_flowed():
     """tau_zz = lambda ln J + 2 mu eps_zz, of the elastic strain that flow across has left."""
-    table = Laws(np.array([laws.J2]), np.array([[LAM, MU, YIELD, HARDENING]]))
     for H in gradients():
         _, state = cauchy(laws.J2, H)
         # Back a little, from there on elastic.
         for part in (1.0, 0.9):
             back = part * H
             now, last = cauchy(laws.J2, back, state[None])
-            (found,) = stress_across(table, points_of(back[None], now[None], np.zeros(1, int)))
+            (found,) = stress_across(
+                table("j2"), points_of(back[None], now[None], np.zeros(1, int))
+            )
             J = np.linalg.det(EYE + back)
             expected = (LAM * np.log(J) + MU * np.log1p(last[3])) / J
             assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * MU)
@@ -96,7 +111,7 @@ def test_materials_of_points_are_told_apart():
     """One point of each law in one table, in any order."""
     order = np.array([laws.CIARLET, laws.J2, laws.HENCKY, laws.NEO_HOOKEAN])
     lam = np.array([1.0, 2.0, 3.0, 4.0]) * LAM
-    table = Laws(order, np.column_stack([lam, np.full((4, 3), [MU, 1e9, 0.0])]))
+    materials = table("ciarlet", "j2", "hencky", "neo_hookean", lam=lam, plastic=(1e9, 0.0))
     H = np.array([[0.2, 0.1], [-0.05, 0.15]])
     material = np.array([2, 0, 3, 1, 0])
     J = np.linalg.det(EYE + H)
@@ -106,6 +121,6 @@ def test_materials_of_points_are_told_apart():
             order[m], lam[m], MU, 1e9, 0.0, tuple(H.ravel()), J - 1, False, np.zeros((1, 6)), 0
         )
         stress.append(np.array(tau) / J)
-    found = stress_across(table, points_of(np.tile(H, (5, 1, 1)), np.array(stress), material))
+    found = stress_across(materials, points_of(np.tile(H, (5, 1, 1)), np.array(stress), material))
     volumetric = [laws.volumetric(law, k, J - 1)[1] for law, k in zip(order, lam, strict=True)]
     np.testing.assert_allclose(found, np.array(volumetric)[material], rtol=1e-12)

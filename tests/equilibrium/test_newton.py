@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import cfmpm
-from cfmpm.body.materials import material_laws
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.errors import SolveError
 from cfmpm.scene.reading import scene_from_dict
@@ -120,7 +119,7 @@ def test_a_point_turned_inside_out_is_no_state():
         points,
         grid.basis_gradients(points.element, points.position),
         np.zeros((len(points), 2, 2)),
-        material_laws(result.body.scene, grid.region_names),
+        result.body.materials,
         result.loading,
     )
     march = newton.March(problem, result.balance.history)
@@ -239,7 +238,7 @@ def test_accepted_states_are_stable_by_their_eigenvalues():
             points,
             grid.basis_gradients(points.element, points.position),
             np.zeros((len(points), 2, 2)),
-            material_laws(result.body.scene, grid.region_names),
+            result.body.materials,
             result.loading,
             patches=result.body.patches,
         )
@@ -379,7 +378,7 @@ class TestGrowth:
             points,
             grid.basis_gradients(points.element, points.position),
             np.zeros((len(points), 2, 2)),
-            material_laws(body.scene, grid.region_names),
+            body.materials,
             body.loading,
         )
         fresh = stepping.advance(problem, stepping.at_rest(problem), 1.0)

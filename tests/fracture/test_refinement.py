@@ -9,7 +9,6 @@ from structured import rectangle
 import cfmpm
 from cfmpm import build
 from cfmpm.body.grid import build_grid
-from cfmpm.body.materials import lame_constants
 from cfmpm.equilibrium import small_strain
 from cfmpm.fracture import growing
 from cfmpm.fracture.refinement import EQUILATERAL, GROWTH, refine
@@ -96,8 +95,7 @@ def test_uniform_stress_stays_uniform(element):
         body = growing.release(body, {"crack_1": np.array([1.0, 0.0])})
         points = body.integration
         slopes = body.grid.basis_gradients(points.element, points.position)
-        lame = lame_constants(body.scene, body.grid.region_names)
-        problem = body.grid, points, slopes, lame, body.loading
+        problem = body.grid, points, slopes, body.materials, body.loading
         small_strain.solve_linear(small_strain.assemble_stiffness(*problem), *problem)
         pull = 1e3 / (1.0 - 0.3**2) * 0.012 / 12.0
         assert np.abs(points.stress / pull - [1.0, 0.0, 0.0]).max() < 1e-12

@@ -10,7 +10,6 @@ from structured import rectangle
 import cfmpm
 from cfmpm import build
 from cfmpm.body.grid import Triangulation, build_grid
-from cfmpm.body.materials import lame_constants
 from cfmpm.body.points import seed
 from cfmpm.equilibrium import small_strain
 from cfmpm.fracture import growing
@@ -288,8 +287,7 @@ def balanced(body, points=None):
     """Solve a body, on its own quadrature points or on others; return the equilibrium."""
     points = points or body.integration
     slopes = body.grid.basis_gradients(points.element, points.position)
-    lame = lame_constants(body.scene, body.grid.region_names)
-    problem = body.grid, points, slopes, lame, body.loading
+    problem = body.grid, points, slopes, body.materials, body.loading
     return small_strain.solve_linear(small_strain.assemble_stiffness(*problem), *problem)
 
 

@@ -7,8 +7,9 @@ import pytest
 
 from cfmpm.body.grid import Grid, build_grid
 from cfmpm.body.loads import Loading
-from cfmpm.body.materials import lame_constants
+from cfmpm.body.materials import Materials
 from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.build import materials_of
 from cfmpm.equilibrium import balance, small_strain
 from cfmpm.fracture import cf
 from cfmpm.meshing import triangulate
@@ -23,7 +24,7 @@ class Solved:
     grid: Grid
     points: MaterialPoints
     gradients: np.ndarray
-    lame: np.ndarray
+    materials: Materials
     nodal: np.ndarray
     balance: balance.Equilibrium
 
@@ -41,7 +42,7 @@ def solve_prescribed():
         grid = build_grid(triangulate(scene), scene.mesh.element)
         points = seed(grid)
         gradients = grid.basis_gradients(points.element, points.position)
-        lame = lame_constants(scene, grid.region_names)
+        materials = materials_of(scene, grid.region_names)
         outer = np.unique(np.concatenate([edges.ravel() for edges in grid.edges.values()]))
         prescribed = np.zeros((len(grid.nodes), 2), bool)
         prescribed[outer] = True
@@ -51,11 +52,11 @@ def solve_prescribed():
         values[outer] = field(grid.nodes[outer], side[outer])
         nothing = np.zeros_like(values)
         loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
-        stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, loading)
+        stiffness = small_strain.assemble_stiffness(grid, points, gradients, materials, loading)
         balance = small_strain.solve_linear(
-            stiffness, grid, points, gradients, lame, loading, "superlu"
+            stiffness, grid, points, gradients, materials, loading, "superlu"
         )
         nodal = cf.nodal_force(grid, points, gradients, np.zeros(2))
-        return Solved(grid, points, gradients, lame, nodal, balance)
+        return Solved(grid, points, gradients, materials, nodal, balance)
 
     return solve

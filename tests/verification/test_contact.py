@@ -16,7 +16,7 @@ from cfmpm.body import body as bodies
 from cfmpm.body.crack_faces import face_pairs, smallest_openings
 from cfmpm.body.grid import build_grid
 from cfmpm.body.loads import Loading
-from cfmpm.body.materials import lame_constants
+from cfmpm.body.materials import material_table
 from cfmpm.body.points import seed
 from cfmpm.equilibrium import balance, contact, small_strain
 from cfmpm.errors import SolveError
@@ -36,7 +36,6 @@ class Solved:
 
     body: bodies.Body
     gradients: np.ndarray
-    lame: np.ndarray
     balance: balance.Equilibrium
 
     def pressed(self) -> tuple[np.ndarray, np.ndarray]:
@@ -62,7 +61,7 @@ class Solved:
             grid,
             points,
             self.gradients,
-            self.lame[0],
+            self.body.materials,
             tip,
             q,
             nothing,
@@ -77,12 +76,9 @@ def solve(scene: dict, solver: str = "superlu") -> Solved:
     body = build.build(full)
     grid, points = body.grid, body.integration
     gradients = grid.basis_gradients(points.element, points.position)
-    lame = lame_constants(full, grid.region_names)
-    stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, body.loading)
-    balance = small_strain.solve_linear(
-        stiffness, grid, points, gradients, lame, body.loading, solver
-    )
-    return Solved(body, gradients, lame, balance)
+    problem = grid, points, gradients, body.materials, body.loading
+    stiffness = small_strain.assemble_stiffness(*problem)
+    return Solved(body, gradients, small_strain.solve_linear(stiffness, *problem, solver))
 
 
 def assert_complementary(solved: Solved) -> None:
@@ -157,7 +153,7 @@ def test_pressure_belongs_in_the_interaction_integral():
             solved.body.grid,
             solved.body.integration,
             solved.gradients,
-            solved.lame[0],
+            solved.body.materials,
             tip,
             q,
             np.zeros(2),
@@ -228,10 +224,12 @@ def test_pressure_passes_through_joined_cracks(element, last):
     squeezed = np.where(prescribed, -0.1 * grid.nodes, 0.0)
     nothing = np.zeros_like(squeezed)
     loading = Loading(prescribed, squeezed, nothing, nothing, np.zeros(2), {}, 0)
-    lame = np.array([[1.3, 0.9]])
-    stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, loading)
+    lam, mu = 1.3, 0.9
+    E, nu = mu * (3 * lam + 2 * mu) / (lam + mu), lam / (2 * (lam + mu))
+    materials = material_table([{"E": E, "nu": nu}], "strain")
+    stiffness = small_strain.assemble_stiffness(grid, points, gradients, materials, loading)
     balance = small_strain.solve_linear(
-        stiffness, grid, points, gradients, lame, loading, "superlu"
+        stiffness, grid, points, gradients, materials, loading, "superlu"
     )
     assert balance.contact_pairs >= 8
     np.testing.assert_allclose(balance.displacement, -0.1 * grid.nodes, rtol=0, atol=1e-15)

@@ -10,14 +10,17 @@ from structured import rectangle
 
 from cfmpm.body.grid import build_grid
 from cfmpm.body.loads import Loading
+from cfmpm.body.materials import material_table
 from cfmpm.body.points import seed
 from cfmpm.equilibrium import small_strain
 from cfmpm.fracture import cf
 
-LAME = np.array([[1.3, 0.9]])
+LAM, MU = 1.3, 0.9
+E, NU = MU * (3 * LAM + 2 * MU) / (LAM + MU), LAM / (2 * (LAM + MU))
+MATERIALS = material_table([{"E": E, "nu": NU}], "strain")
 
 
-def solve_with_boundary_displacement(grid, field, lame=LAME):
+def solve_with_boundary_displacement(grid, field, materials=MATERIALS):
     """Prescribe a displacement field on the outer boundary and solve for the inside."""
     points = seed(grid)
     gradients = grid.basis_gradients(points.element, points.position)
@@ -27,9 +30,9 @@ def solve_with_boundary_displacement(grid, field, lame=LAME):
     values = np.where(prescribed, field(grid.nodes), 0.0)
     nothing = np.zeros_like(values)
     loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
-    stiffness = small_strain.assemble_stiffness(grid, points, gradients, lame, loading)
+    stiffness = small_strain.assemble_stiffness(grid, points, gradients, materials, loading)
     balance = small_strain.solve_linear(
-        stiffness, grid, points, gradients, lame, loading, "superlu"
+        stiffness, grid, points, gradients, materials, loading, "superlu"
     )
     return points, gradients, balance
 
@@ -43,7 +46,7 @@ def test_patch_test_on_any_grid(element, shake, seed_):
     h = np.array([[0.3, -0.2], [0.5, 0.1]])
     points, gradients, balance = solve_with_boundary_displacement(grid, lambda x: x @ h.T + 0.7)
     np.testing.assert_allclose(balance.displacement, grid.nodes @ h.T + 0.7, rtol=0, atol=5e-14)
-    lam, mu = LAME[0]
+    lam, mu = LAM, MU
     strain = 0.5 * (h + h.T)
     stress = lam * np.trace(strain) * np.eye(2) + 2 * mu * strain
     expected = [stress[0, 0], stress[1, 1], stress[0, 1]]
@@ -65,10 +68,10 @@ def test_quadratic_displacement_is_exact_for_t6_with_body_force(element):
     grid = build_grid(rectangle(4, 4, shake=0.5, seed=3), element)
     points = seed(grid)
     gradients = grid.basis_gradients(points.element, points.position)
-    lam, mu = LAME[0]
+    lam, mu = LAM, MU
     # u = (x^2, 0): div sigma = (2 (lam + 2 mu), 0).
     exact = np.column_stack([grid.nodes[:, 0] ** 2, np.zeros(len(grid.nodes))])
-    small_strain.update_points(grid, points, gradients, LAME, exact)
+    small_strain.update_points(grid, points, gradients, MATERIALS, exact)
     force = small_strain.internal_force(grid, points, gradients)
     from cfmpm.kernels import assembly
 

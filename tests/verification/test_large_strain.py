@@ -14,7 +14,6 @@ import pytest
 import cfmpm
 from cfmpm import build
 from cfmpm.body.loads import Loading
-from cfmpm.body.materials import material_laws
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.fracture import cf
 from cfmpm.scene.reading import scene_from_dict
@@ -57,9 +56,10 @@ def problem_of(scene):
     body = build.build(scene)
     points = body.integration
     gradients = body.grid.basis_gradients(points.element, points.position)
-    laws = material_laws(body.scene, body.grid.region_names)
     base = np.zeros((len(points), 2, 2))
-    return newton.Problem(body.grid, points, gradients, base, laws, body.loading, "superlu")
+    return newton.Problem(
+        body.grid, points, gradients, base, body.materials, body.loading, "superlu"
+    )
 
 
 def prescribed(problem, nodes, values):

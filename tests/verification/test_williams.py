@@ -76,7 +76,7 @@ def test_factors_are_recovered_on_every_side(solve_prescribed, mouth, factors):
     for radius in choose_domains(solved.grid, tip, 3).radii:
         q = cf.ring_weight(solved.grid, tip, radius)
         k = intensity_factors(
-            solved.grid, solved.points, solved.gradients, solved.lame[0], tip, q, np.zeros(2)
+            solved.grid, solved.points, solved.gradients, solved.materials, tip, q, np.zeros(2)
         )
         assert pytest.approx(factors[0], abs=3e-4 * scale) == k.K_I
         assert pytest.approx(factors[1], abs=3e-4 * scale) == k.K_II
@@ -100,7 +100,7 @@ def test_plane_stress(solve_prescribed):
     (tip,) = solved.grid.tips
     q = cf.ring_weight(solved.grid, tip, 30.0)
     k = intensity_factors(
-        solved.grid, solved.points, solved.gradients, solved.lame[0], tip, q, np.zeros(2)
+        solved.grid, solved.points, solved.gradients, solved.materials, tip, q, np.zeros(2)
     )
     np.testing.assert_allclose([k.K_I, k.K_II], [100, -60], rtol=4e-4)
     assert k.T_stress == pytest.approx(4, abs=3e-3)
@@ -131,7 +131,7 @@ def test_uniform_stress_along_the_crack_has_no_intensity(solve_prescribed):
     (tip,) = solved.grid.tips
     q = cf.ring_weight(solved.grid, tip, 20.0)
     k = intensity_factors(
-        solved.grid, solved.points, solved.gradients, solved.lame[0], tip, q, np.zeros(2)
+        solved.grid, solved.points, solved.gradients, solved.materials, tip, q, np.zeros(2)
     )
     # Exact in T6: what is left is the quadrature of the auxiliary field.
     assert k.T_stress == pytest.approx(7.0, rel=2e-6)

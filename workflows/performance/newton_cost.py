@@ -14,7 +14,6 @@ import xarray as xr
 from scipy.sparse import csr_array
 
 from cfmpm import build
-from cfmpm.body.materials import material_laws
 from cfmpm.body.points import relocate
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.kernels import finite
@@ -89,7 +88,7 @@ def _problem(scene: Any) -> newton.Problem:
         points=points,
         gradients=grid.basis_gradients(points.element, points.position),
         base=np.zeros((len(points), 2, 2)),
-        laws=material_laws(body.scene, grid.region_names),
+        materials=body.materials,
         loading=body.loading,
         solver=body.scene.solver,
         patches=body.patches,
@@ -105,9 +104,9 @@ def _row(problem: newton.Problem, repeats: int) -> xr.Dataset:
         balance = stepping.advance(fresh, stepping.at_rest(fresh), 1.0)
         whole = min(whole, time.process_time() - start)
     assert balance is not None
-    grid, points, laws = problem.grid, problem.points, problem.laws
+    grid, points, materials = problem.grid, problem.points, problem.materials
     indptr, indices = problem.pattern
-    material = laws.law, laws.parameters, balance.history
+    material = materials.law, materials.constants, balance.history
     gradient = None
 
     def update() -> None:
