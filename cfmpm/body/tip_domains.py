@@ -133,17 +133,12 @@ def _fractions(count: int) -> Floats:
     return np.linspace(0.5, 1.0, count) if count > 1 else np.ones(1)
 
 
-def tip_clearance(grid: Grid, tip: CrackTip, *, growing: bool = False) -> float:
-    """Return the distance from a tip to what a domain around it must not hold [mm].
+def _to_obstacle(grid: Grid, tip: CrackTip, *, growing: bool) -> Floats:
+    """Vector from a tip to the nearest of what limits its clearance [mm], (2,).
 
     That is the outline, a hole, another crack, a bend or the other end of its own crack, the
     border of another material, and a point at which a force or a support acts.
     """
-    return float(np.hypot(*_to_obstacle(grid, tip, growing=growing)))
-
-
-def _to_obstacle(grid: Grid, tip: CrackTip, *, growing: bool) -> Floats:
-    """Vector from a tip to the nearest of what limits its clearance [mm], (2,)."""
     x = grid.nodes[tip.node]
     # A growing crack bends all the time: what counts is the other end of its line.
     ways = [tip.path[-1] - x if growing else -tip.straight * tip.tangent, _to_own_flank(tip)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -62,6 +63,23 @@ def written_aside(path: Path) -> Iterator[Path]:
             aside.replace(path)
     finally:
         aside.unlink(missing_ok=True)
+
+
+@contextmanager
+def written_aside_by_name(path: Path) -> Iterator[Path]:
+    """As `written_aside`, for writers that go by the name of the file: aside is in a folder.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made if needed.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
+        aside = Path(folder) / path.name
+        yield aside
+        aside.replace(path)
 
 
 def remove_asides(folder: Path, name: str) -> None:

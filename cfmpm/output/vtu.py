@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +12,7 @@ import xarray as xr
 
 from cfmpm.errors import Problem, SceneError
 from cfmpm.output.fields_by_step import list_fields, require_same_run
-from cfmpm.output.files import written_aside
+from cfmpm.output.files import written_aside, written_aside_by_name
 from cfmpm.output.reading import read_result
 from cfmpm.output.run_folder import FIELDS, INDEX
 
@@ -68,7 +66,8 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
         step = float(fields["time"])
         for kind, mesh in _meshes(fields).items():
             name = f"{kind}_{step:04.0f}.vtu"
-            _save(mesh, output / name)
+            with written_aside_by_name(output / name) as aside:
+                mesh.save(aside)
             kinds.setdefault(kind, []).append((step, name))
     return [_write_collection(output / f"{kind}.pvd", files) for kind, files in kinds.items()]
 
@@ -104,13 +103,6 @@ def _meshes(fields: xr.Dataset) -> dict[str, pyvista.UnstructuredGrid]:
         tracks.cell_data["crack"] = np.array([crack[line[0]] for line in lines], np.int32)
         meshes["cracks"] = tracks.cast_to_unstructured_grid()
     return meshes
-
-
-def _save(mesh: pyvista.UnstructuredGrid, path: Path) -> None:
-    """Write aside and rename; VTK goes by the ending of the name, so aside is a folder."""
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as aside:
-        mesh.save(Path(aside) / path.name)
-        os.replace(Path(aside) / path.name, path)
 
 
 def _write_collection(path: Path, files: Sequence[tuple[float, str]]) -> Path:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from matplotlib.animation import PillowWriter
 from matplotlib.figure import Figure
 
 from cfmpm.output.fields_by_step import list_fields
+from cfmpm.output.files import written_aside_by_name
 from cfmpm.output.reading import read_result
 from cfmpm.plotting.deformed import draw_deformed, magnification
 from cfmpm.plotting.mesh import Mesh
@@ -65,15 +64,11 @@ def animate_growth(
     low, high = np.min(highest, axis=0)[0], np.median(highest, axis=0)[1]
     factor = magnification(np.array([[largest, 0.0]]), nodes)
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with (
-        matplotlib.rc_context(RC),
-        tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as aside,
-    ):
+    with matplotlib.rc_context(RC), written_aside_by_name(path) as aside:
         figure = Figure(figsize=size_around(nodes, COLOUR_BAR), layout="constrained")
         # Pillow takes a fraction, whatever matplotlib has typed.
         writer = PillowWriter(fps=per_second)  # type: ignore[arg-type]
-        with writer.saving(figure, Path(aside) / path.name, RESOLUTION):
+        with writer.saving(figure, aside, RESOLUTION):
             for fields in _opened(frames):
                 figure.clear()
                 axes = figure.add_subplot()
@@ -81,7 +76,6 @@ def animate_growth(
                 step, load = fields["time"].values[-1], fields["load_factor"].values[-1]
                 axes.set_title(f"step {step:g}, load factor {load:.3f}, displacement × {factor:g}")
                 writer.grab_frame()
-        os.replace(Path(aside) / path.name, path)
     return path
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cfmpm.body.grid import Floats
+from cfmpm.output.files import written_aside_by_name
 
 # Okabe and Ito (2008): told apart by every kind of colour vision.
 BLACK = "#000000"
@@ -105,12 +104,8 @@ def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure aside and rename it, so that no half file is ever seen."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
-        aside = Path(folder) / path.name
+    with written_aside_by_name(Path(path)) as aside:
         figure.savefig(aside, dpi=RESOLUTION, bbox_inches="tight", pad_inches=0.08)
-        os.replace(aside, path)
 
 
 def length_axes(axes: Axes) -> None:

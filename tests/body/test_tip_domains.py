@@ -7,8 +7,12 @@ import pytest
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
-from cfmpm.body.tip_domains import choose_domains, tip_clearance
+from cfmpm.body.tip_domains import choose_domains
 from cfmpm.errors import SceneError
+
+
+def tip_clearance(grid, tip, *, growing=False):
+    return choose_domains(grid, tip, 1, growing=growing).clearance
 
 
 @pytest.fixture(scope="module")
