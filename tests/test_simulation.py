@@ -7,8 +7,10 @@ import sys
 
 import numpy as np
 import pytest
+import round_off
 
 import cfmpm
+from cfmpm.equilibrium.contact import TOUCH
 from cfmpm.scene.reading import scene_from_dict
 from cfmpm.state import PHASES
 
@@ -109,6 +111,11 @@ def test_one_radius_gives_the_values_of_the_largest_of_three():
     assert not any("radius" in item for item in json.loads(three.attrs["left_out"]))
 
 
+def error_of_stress(result, modulus):
+    """What round-off explains [MPa]."""
+    return round_off.LinearBody.of(result, modulus).of_stress
+
+
 def test_a_body_without_a_crack_runs_too():
     result = cfmpm.run(
         scene_from_dict(
@@ -127,7 +134,10 @@ def test_a_body_without_a_crack_runs_too():
     )
     assert result.history.sizes["tip"] == 0
     np.testing.assert_allclose(
-        result.points.stress, [[0, 2, 0]] * len(result.points), rtol=0, atol=2e-14
+        result.points.stress,
+        [[0, 2, 0]] * len(result.points),
+        rtol=0,
+        atol=error_of_stress(result, 100 / (1 - 0.2**2)),
     )
     top = result.history.sel(boundary="edge_3")
     assert float(top.displacement_y[0]) == pytest.approx(0.2)
@@ -163,9 +173,10 @@ def test_closing_faces_are_kept_apart():
             "traction": -10,
         }
     )
-    history = cfmpm.run(squeezed).history
+    result = cfmpm.run(squeezed)
+    history = result.history
     assert int(history.contact_pairs[0]) > 0
-    assert abs(float(history.min_opening[0, 0])) < 1e-15
+    assert abs(float(history.min_opening[0, 0])) < TOUCH * np.abs(result.displacement).max()
     # Without contact it would be -sigma sqrt(pi a) and more, -61 MPa sqrt(mm).
     assert abs(float(history.K_I[0, 0])) < 1e-3
     assert int(cfmpm.run(plate()).history.contact_pairs[0]) == 0
@@ -197,8 +208,9 @@ def test_two_materials_share_the_load_by_stiffness():
         )
     )
     above = result.points.position[:, 1] > 2
-    np.testing.assert_allclose(result.points.stress[above, 0], 3.0, rtol=1e-13)
-    np.testing.assert_allclose(result.points.stress[~above, 0], 1.0, rtol=1e-13)
+    error = error_of_stress(result, 300)
+    np.testing.assert_allclose(result.points.stress[above, 0], 3.0, rtol=0, atol=error)
+    np.testing.assert_allclose(result.points.stress[~above, 0], 1.0, rtol=0, atol=error)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import round_off
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import Delaunay
@@ -146,7 +147,10 @@ def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, 
             )[1]
         )
         stored = np.sum(energy * points.volume)
-        np.testing.assert_allclose(stored, 0.5 * np.sum(force * u), rtol=1e-9)
+        # Stored and supplied are the same sum, taken in two ways: near incompressibility its terms
+        # are 1e9 times as large as what is left of them.
+        body = round_off.LinearBody(grid, points, gradients, u, round_off.stiffest(1.0, nu))
+        np.testing.assert_allclose(stored, 0.5 * np.sum(force * u), rtol=0, atol=body.of_energy)
     bore = np.unique(grid.edges["left"])
     x = grid.nodes[bore]
     radial = np.mean(np.sum(u[bore] * x, axis=1) / np.hypot(*x.T))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import round_off
 
 import cfmpm
 from cfmpm.body.body import Body
@@ -164,29 +165,36 @@ def balanced(body, points=None):
 
 
 def stress_errors(element, transfer):
-    """Largest error of stress, over the stress, after each of twenty releases straight ahead."""
+    """Largest error of stress, over the stress, after each of twenty releases straight ahead.
+
+    With it what round-off explains of it, at most.
+    """
     body = strip(element, transfer)
     pull = 1e3 / (1.0 - 0.3**2) * 0.02 / 20.0
-    volume, errors, moved = body.points.volume.sum(), [], 0
+    volume, errors, explained, moved = body.points.volume.sum(), [], [], 0
     for _ in range(20):
         before = body.triangulation.nodes
         body = release(body, {"crack_1": np.array([1.0, 0.0])})
         moved += not np.array_equal(before, body.triangulation.nodes[: len(before)])
-        balanced(body)
+        u = balanced(body).displacement
         errors.append(np.abs(body.integration.stress / pull - [1.0, 0.0, 0.0]).max())
+        points, grid = body.integration, body.grid
+        slopes = grid.basis_gradients(points.element, points.position)
+        linear = round_off.LinearBody(grid, points, slopes, u, round_off.stiffest(1e3, 0.3))
+        explained.append(linear.of_stress / pull)
         assert body.points.volume.sum() == pytest.approx(volume, rel=1e-12)
     assert moved > 10
     assert body.grid.tips[0].path[0, 0] > 10.0
-    return np.array(errors)
+    return np.array(errors), max(explained)
 
 
 @elements
 def test_uniform_stress_stays_uniform(element):
     """Patch test of growth, and what the paper's fixed volumes make of it."""
-    exact = stress_errors(element, "domains")
-    assert exact.max() < 1e-12
+    exact, explained = stress_errors(element, "domains")
+    assert exact.max() < explained < 1e-6
     if element == "T3":  # with T6 triangles the paper's transfer leaves no stiffness to solve with
-        paper = stress_errors(element, "paper")
+        paper, _ = stress_errors(element, "paper")
         print(f"{element}: {exact.max():.1e}; as in the paper: {paper[0]:.1e} to {paper.max():.1e}")  # noqa: T201
         assert (paper > 1e-3).all()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import round_off
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm_frechet
@@ -198,7 +199,9 @@ def test_log_defect(y):
         reference = x - np.log1p(x)
     else:
         reference = x * x * sum((-x) ** k / np.longdouble(k + 2) for k in range(8))
-    np.testing.assert_allclose(laws.log_defect(y), float(reference), rtol=5e-15)
+    # At most 20 times as large as what is left, at y = 0.1, is the logarithm that is taken away; it
+    # is rounded to one unit.
+    np.testing.assert_allclose(laws.log_defect(y), float(reference), rtol=2 * 20 * round_off.EPS)
 
 
 def test_volumetric_laws_and_their_derivatives():

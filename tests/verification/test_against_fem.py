@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import round_off
 from scipy.sparse.linalg import splu
 
 import cfmpm
@@ -84,11 +85,13 @@ def test_same_grid_same_answer(element, loads):
     grid = result.grid
     system, dofs = independent_system(grid, 10.0 if loads is None else 0.0)
     loading = result.loading
-    np.testing.assert_allclose(
-        loading.force, system.load[dofs], rtol=0, atol=1e-15 * 10.0 * np.ptp(grid.nodes[:, 0])
-    )
+    # A force is the traction on two sides, whose lengths are differences of coordinates.
+    error = round_off.of_sum(np.full(2, 10.0 * np.abs(grid.nodes).max()))
+    np.testing.assert_allclose(loading.force, system.load[dofs], rtol=0, atol=error)
     u, energy = independent_solution(system, dofs, loading.prescribed, loading.displacement)
+    free = dofs[~loading.prescribed]
     u = loading.at_rest(u)  # both hold what no support holds, at the same nodes
-    scale = np.abs(u).max()
-    np.testing.assert_allclose(result.displacement, u, rtol=0, atol=1e-12 * scale)
-    assert float(result.history.strain_energy[0]) == pytest.approx(energy, rel=1e-12)
+    error = round_off.of_solution(system.stiffness.tocsr()[free][:, free], u)
+    np.testing.assert_allclose(result.displacement, u, rtol=0, atol=error)
+    error = round_off.LinearBody.of(result, round_off.stiffest(E, NU)).of_energy
+    assert float(result.history.strain_energy[0]) == pytest.approx(energy, rel=0, abs=error)
