@@ -281,8 +281,9 @@ class Record:
             return np.zeros(len(self.steps), np.int8)
         factor = np.array([step.load_factor for step in self.steps])
         dead, grip = np.array([step.conjugates for step in self.steps]).reshape(-1, 2).T
-        # With grips besides, the force is still that of all loads.
-        path = (factor, dead) if np.any(dead != 0.0) else (grip, factor)
+        # With grips besides, the force is still that of all loads; nan is a last position of the
+        # cracks alone.
+        path = (factor, dead) if np.any(np.abs(dead) > 0.0) else (grip, factor)
         flags = stability.classify(*path)
         jumps = np.array([step.values.get("jump", 0.0) for step in self.steps], float) > 0.0
         flags[:-1][jumps[1:]] = 0

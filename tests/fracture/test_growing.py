@@ -328,4 +328,5 @@ def test_tips_in_a_part_that_carries_nothing_stop():
     history = cfmpm.run(pulled).history
     assert history.attrs["ending"] == "stopped: at no load does a tip meet the criterion"
     assert statuses(history)[0] == "arrived_boundary"
-    assert history.load_factor.values.max() < 1e3
+    # The last state is that of the load of the one before: no load drives what is left.
+    assert history.load_factor.values[-1] == history.load_factor.values[-2] < 1e3

@@ -253,6 +253,50 @@ def test_a_crack_does_not_creep_between_two_others(part, met):
     assert is_tip(after.triangulation, "crack_1", -1) == (not met)
 
 
+def test_a_crack_does_not_run_back_along_itself():
+    """Where the tip of another crack at its side leaves no other way but slivers."""
+    near = 0.02 * to(15.0)
+    mesh = Triangulation(
+        nodes=np.array([[0.0, 0], [-1, 0], [0, -1], [1, 0], [0, 2], near]),
+        triangles=np.array([(0, 5, 1), (0, 1, 2), (0, 2, 3), (0, 3, 5), (5, 3, 4), (5, 4, 1)]),
+        regions=np.zeros(6, np.int64),
+        region_names=("body",),
+        edges={"rim": np.array([(1, 2), (2, 3), (3, 4), (4, 1)])},
+        cracks={"crack_1": np.array([(1, 0)]), "other": np.array([(4, 5)])},
+        points={},
+    )
+    assert areas(mesh).min() > 0.0
+    # 80 degrees from the crack itself, 85 from the tip of the other one.
+    after = advance(mesh, "crack_1", -1, to(100.0))
+    assert after.end == 5
+
+
+def test_a_crack_that_is_met_between_its_nodes_has_one_more():
+    mesh = cracked(shake=0.0, crack=(4, 2, 4))
+    line = np.arange(81).reshape(9, 9)[5, 2:7]
+    mesh = replace(mesh, cracks={**mesh.cracks, "other": np.column_stack([line[:-1], line[1:]])})
+    after = advance(mesh, "crack_1", -1, to(25.0))
+    new = after.triangulation
+    assert after.end == len(mesh.nodes)
+    np.testing.assert_allclose(new.nodes[after.end], [5.0, 4.0 + np.tan(np.radians(25.0))])
+    met = [*line[:3], after.end, *line[3:]]
+    np.testing.assert_array_equal(new.cracks["other"], np.column_stack([met[:-1], met[1:]]))
+    assert_sound(mesh, after)
+
+
+def test_the_border_of_a_material_stays_where_a_crack_splits_it():
+    """Though other lengths of the segment would leave better triangles."""
+    mesh = cracked(shake=0.0, n=8, crack=(4, 2, 4))
+    centre = mesh.nodes[mesh.triangles].mean(axis=1)
+    regions = (centre[:, 0] > 5.0).astype(np.int64)
+    mesh = replace(mesh, regions=regions, region_names=("body", "other"))
+    after = advance(mesh, "crack_1", -1, to(8.0))
+    assert after.end == len(mesh.nodes)
+    assert after.quality < 0.25
+    assert after.triangulation.nodes[after.end, 0] == 5.0
+    assert_sound(mesh, after)
+
+
 @elements
 def test_both_ends_of_a_crack_and_the_doubling(element):
     mesh = cracked(shake=0.3, crack=(4, 3, 5))

@@ -1,0 +1,180 @@
+"""What the record of a run makes of its steps: work, kinds of growth, arrivals, and the end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import cfmpm
+from cfmpm.fracture.stability import STABILITY, classify
+from cfmpm.output.variables import TIP_STATUS
+from cfmpm.scene import scene_from_dict
+
+HELD = {"edge": "bottom", "displacement": {"x": 0, "y": 0}}
+LOADS: dict[str, list[dict[str, Any]]] = {
+    "traction": [HELD, {"edge": "top", "traction": [0, 10]}],
+    "grip": [HELD, {"edge": "top", "displacement": {"y": 0.05}}],
+    # The corner of top and right is both pulled and held.
+    "both": [
+        HELD,
+        {"edge": "top", "displacement": {"y": 0.05}},
+        {"edge": "right", "traction": [0.3, 0.2]},
+    ],
+}
+
+
+def plate(loads: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:
+    """A plate whose left crack breaks through a hole, and whose right one runs towards it."""
+    return {
+        "name": "plate",
+        "geometry": {
+            "outline": [
+                {"at": [0, 0], "edge": "bottom"},
+                {"at": [30, 0], "edge": "right"},
+                {"at": [30, 40], "edge": "top"},
+                {"at": [0, 40], "edge": "left"},
+            ],
+            "cracks": [
+                {"name": "left", "points": [[0, 20], [6, 20]]},
+                {"name": "right", "points": [[30, 20], [26, 20]]},
+            ],
+            "holes": [{"name": "hole", "circle": {"centre": [11, 20], "radius": 2}}],
+        },
+        "material": {"E": 1e4, "nu": 0.3, "g_c": 1.0},
+        "loads": loads,
+        "mesh": {"element": "T3", "size": 1.5, "grading": "uniform"},
+        "growth": {"control": "crack", "increments": 9},
+    } | changes
+
+
+@pytest.fixture(scope="module", params=LOADS)
+def grown(request: pytest.FixtureRequest) -> xr.Dataset:
+    history = cfmpm.run(scene_from_dict(plate(LOADS[request.param]))).history
+    assert history.jump.values.sum() >= 1.0
+    return history.assign_attrs(loads=request.param)
+
+
+def forces_and_motions(history: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Force on each loaded part, and its mean displacement, (step, boundary, 2)."""
+    return tuple(
+        np.stack([history[f"{name}_{axis}"].values for axis in "xy"], axis=2)
+        for name in ("reaction", "displacement")
+    )
+
+
+def test_work_is_that_of_the_forces_on_the_way_that_the_parts_move(grown: xr.Dataset) -> None:
+    """By the trapezoidal rule; a ligament breaks at the load before, and then the load changes."""
+    force, motion = forces_and_motions(grown)
+    load = grown.load_factor.values
+    path = [(np.zeros_like(force[0]), np.zeros_like(motion[0]))]
+    expected, work = [], 0.0
+    for step, jumped in enumerate(grown.jump.values > 0.0):
+        states = [(force[step], motion[step])]
+        if jumped:
+            part = load[step - 1] / load[step]
+            states.insert(0, (part * force[step], part * motion[step]))
+        for state in states:
+            work += 0.5 * ((path[-1][0] + state[0]) * (state[1] - path[-1][1])).sum()
+            path.append(state)
+        expected.append(work)
+    np.testing.assert_allclose(grown.external_work, expected, rtol=1e-10)
+
+
+def test_the_first_state_holds_the_work_of_its_loads(grown: xr.Dataset) -> None:
+    """Clapeyron's theorem: nothing has broken yet."""
+    first = grown.isel(step=0)
+    assert float(first.external_work) == pytest.approx(float(first.strain_energy), rel=1e-10)
+    assert abs(float(first.energy_gap)) < 1e-10 * float(first.external_work)
+
+
+def test_gap_is_what_neither_stored_nor_spent_energy_explains(grown: xr.Dataset) -> None:
+    left = grown.external_work - grown.strain_energy - grown.fracture_energy
+    assert float(grown.fracture_energy[-1]) > 0.05 * float(grown.external_work[-1])
+    np.testing.assert_allclose(
+        grown.energy_gap, left, rtol=0, atol=1e-12 * float(grown.external_work.max())
+    )
+
+
+def test_kind_of_growth_is_that_of_the_path(grown: xr.Dataset) -> None:
+    """Of grips alone by force and displacement; else by the load and what it moves through."""
+    force, motion = forces_and_motions(grown)
+    load, names = grown.load_factor.values, list(grown.boundary.values)
+    top = force[:, names.index("top"), 1], motion[:, names.index("top"), 1]
+    if grown.attrs["loads"] == "grip":
+        path = top
+    elif grown.attrs["loads"] == "traction":
+        path = load, top[1]
+    else:
+        right = names.index("right")
+        path = load, (force[:, right] * motion[:, right]).sum(axis=1) / load
+    expected = classify(*path)
+    # What a ligament does that breaks by itself is no growth at balance.
+    expected[:-1][grown.jump.values[1:] > 0.0] = STABILITY.index("undefined")
+    np.testing.assert_array_equal(grown.stability, expected)
+    assert {"undefined", "snap_back"} <= {STABILITY[flag] for flag in expected}
+
+
+def test_a_run_that_ends_at_a_point_keeps_its_kinds_of_growth() -> None:
+    """The last position of the crack has no state of balance, and so neither load nor force."""
+    geometry = plate([])["geometry"]
+    geometry = geometry | {"holes": [], "cracks": [{"points": [[0, 20], [6, 20]]}]}
+    loads = [*LOADS["grip"], {"name": "rivet", "point": [10, 20], "displacement": {"x": 0.0}}]
+    mesh = {"element": "T6", "size": 1.0, "grading": "uniform"}
+    scene = plate(loads, geometry=geometry, mesh=mesh)
+    history = cfmpm.run(scene_from_dict(scene)).history
+    assert history.attrs["run_status"] == "met_point"
+    assert np.isnan(history.load_factor[-1])
+    top = history.sel(boundary="top")
+    expected = classify(top.reaction_y.values, top.displacement_y.values)
+    assert STABILITY.index("snap_back") in expected
+    np.testing.assert_array_equal(history.stability, expected)
+
+
+def test_work_on_grips_leaves_out_what_crack_faces_exert_on_each_other() -> None:
+    """An inclined crack that ends in the grip, pressed shut from the side."""
+    geometry = plate([])["geometry"]
+    geometry = geometry | {"holes": [], "cracks": [{"points": [[12, 40], [18, 30]]}]}
+    loads = [
+        HELD,
+        {"edge": "top", "displacement": {"y": 0.01}},
+        {"edge": "left", "traction": [30, 0]},
+        {"edge": "right", "traction": [-30, 0]},
+    ]
+    history = cfmpm.run(scene_from_dict(plate(loads, geometry=geometry, growth=None))).history
+    assert int(history.contact_pairs[0]) > 2
+    assert float(history.external_work[0]) == pytest.approx(
+        float(history.strain_energy[0]), rel=1e-9
+    )
+    force, motion = forces_and_motions(history)
+    assert 0.5 * (force * motion).sum() == pytest.approx(float(history.strain_energy[0]), rel=1e-9)
+
+
+def statuses(history: xr.Dataset) -> list[list[str]]:
+    """Words of each tip by step."""
+    return [[TIP_STATUS[flag] for flag in flags] for flags in history.tip_status.values]
+
+
+def test_only_what_arrives_in_the_last_step_has_cut_the_body(grown: xr.Dataset) -> None:
+    """A tip that has arrived before keeps its word; one that runs, or rests, has one of its own."""
+    words = statuses(grown)
+    jump = int(np.flatnonzero(grown.jump.values)[0])
+    assert words[0] == ["growing", "stopped"]
+    assert words[jump] == ["arrived_hole", "growing"]
+    assert words[-1] == ["arrived_hole", "growing"]
+    assert np.isnan(grown.K_I.values[jump:, 0]).all()
+    assert np.isfinite(grown.K_I.values[:jump, 0]).all()
+
+
+def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> None:
+    """The left one, in the hole, many steps before the right one runs out of the body."""
+    scene = plate(LOADS["traction"], growth={"control": "crack"})
+    history = cfmpm.run(scene_from_dict(scene)).history
+    assert history.attrs["run_status"] == "severed"
+    assert history.attrs["ending"].endswith("cut off by right")
+    assert statuses(history)[-1] == ["arrived_hole", "arrived_boundary"]
+    assert np.isnan(history.load_factor[-1])
+    assert np.isnan(history.energy_gap[-1])
+    assert float(history.crack_length[-1, 1]) > float(history.crack_length[-2, 1])
