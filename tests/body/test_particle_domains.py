@@ -13,10 +13,11 @@ from structured import rectangle
 from cfmpm.body import particle_domains
 from cfmpm.body.grid import build_grid
 from cfmpm.body.loads import Loading
+from cfmpm.body.materials import material_table
 from cfmpm.body.points import locate, seed
 from cfmpm.equilibrium import small_strain
 
-LAME = np.array([[3.0, 2.0]])
+MATERIALS = material_table([{"E": 5.2, "nu": 0.3}], "strain")
 STRESS = np.array([1.0, -0.7, 0.4])
 
 
@@ -86,7 +87,9 @@ def unloaded(grid, prescribed):
 
 def stiffness(grid, points):
     loading = unloaded(grid, np.zeros(grid.nodes.shape, bool))
-    matrix = small_strain.assemble_stiffness(grid, points, gradients(grid, points), LAME, loading)
+    matrix = small_strain.assemble_stiffness(
+        grid, points, gradients(grid, points), MATERIALS, loading
+    )
     return matrix.toarray()
 
 
@@ -212,8 +215,8 @@ def test_linear_displacement_is_exact_on_the_moved_grid(element, number):
     held = np.repeat(~is_inner(grid)[:, None], 2, axis=1)
     loading = replace(unloaded(grid, held), displacement=np.where(held, exact, 0.0))
     slopes = gradients(grid, quadrature)
-    matrix = small_strain.assemble_stiffness(grid, quadrature, slopes, LAME, loading)
-    solved = small_strain.solve_linear(matrix, grid, quadrature, slopes, LAME, loading)
+    matrix = small_strain.assemble_stiffness(grid, quadrature, slopes, MATERIALS, loading)
+    solved = small_strain.solve_linear(matrix, grid, quadrature, slopes, MATERIALS, loading)
     np.testing.assert_allclose(solved.displacement, exact, atol=1e-12 * np.abs(exact).max())
 
 

@@ -155,14 +155,14 @@ def test_two_sides_of_a_line_make_the_whole(seed):
         assert len(on_cut) == 2
 
 
-@pytest.mark.parametrize("k", [3, 6])
-def test_dust_goes_to_the_largest_piece(k):
+@pytest.mark.parametrize("word", ["T3", "T6"])
+def test_dust_goes_to_the_largest_piece(word):
     """A hundred strips, each below a part of 1e-14 and all together far above round-off."""
     width, n = 4e-15, 100
     strip = np.array([[0.0, 0.0], [width, 0], [width, 0.5], [0, 0.5]])
     dust = [strip + np.array([i * width, 0.0]) for i in range(n)]
     rest = np.array([[n * width, 0.0], [1, 0], [1, 1], [n * width, 1]])
-    owner, _, _, volume = clip_to(UNIT, [*dust, rest], k)
+    owner, _, _, volume = clip_to(UNIT, [*dust, rest], word)
     np.testing.assert_array_equal(owner, n)
     # The largest of the pieces makes up for what is lost.
     assert volume.sum() == pytest.approx(0.5 - 0.5 * n * width, rel=0, abs=1e-15)
