@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from cfmpm.body.body import Grown
-from cfmpm.body.grid import Triangulation
+if TYPE_CHECKING:  # the words are read where no kernel is loaded
+    from cfmpm.body.body import Grown
+    from cfmpm.body.grid import Triangulation
 
 # What became of a run, in the order of the flag values of `run_status`.
 RUN_STATUS = (

@@ -1,1 +1,4 @@
-"""What the Snakemake rules call: the paper's figures and the measurements of speed."""
+"""The Snakemake workflow, by subject: rules beside the code that they call.
+
+The paper, measurements of speed, the stability study, and parameter studies in batches.
+"""

@@ -16,7 +16,7 @@ from cfmpm.scene.reading import scene_from_dict
 pytest.importorskip("skfem")
 # The workflow is no installed package: it is used from its checkout.
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from workflows.reference_fem import Plate, assemble
+from workflows.reference.plate_fem import Plate, assemble
 
 E, NU = 210e3, 0.3
 

@@ -21,7 +21,7 @@ from cfmpm.scene.reading import scene_from_dict
 pytest.importorskip("skfem")
 # The workflow is no installed package: it is used from its checkout.
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from workflows import reference_tl_fem as fem
+from workflows.reference import total_lagrangian as fem
 
 TABLE = Path(fem.__file__).parent / "reference/large_strain_fem.csv"
 E, NU = 210e3, 0.3

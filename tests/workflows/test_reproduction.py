@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from workflows.paper.table import read_table
+from workflows.reporting.claim_table import read_table
 
 pytestmark = pytest.mark.slow
 

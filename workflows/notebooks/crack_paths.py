@@ -13,9 +13,8 @@
 # ends of a slanted crack. The crosses are where the tips ended.
 
 # %%
-import numpy as np
-
 import cfmpm
+import numpy as np
 
 SCENES = {
     "paper/shear_plate_growth": {"mesh.size": 4},

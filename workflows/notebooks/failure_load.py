@@ -24,9 +24,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
-from scipy.stats import spearmanr
-
 from cfmpm.plotting.style import BLUE, RC
+from scipy.stats import spearmanr
 
 plt.rcParams.update(RC)
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-
 from cfmpm.body.grid import Floats
-from workflows.page import html_image, html_page, html_table, write_text
+
 from workflows.performance.pareto import pareto_front
+from workflows.reporting.html_page import html_image, html_page, html_table, write_text
 
 # Of equal price is what takes up to a tenth more time; better is what makes half the error.
 SAME_PRICE, BETTER = 1.1, 0.5

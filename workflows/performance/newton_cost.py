@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.sparse import csr_array
-
 from cfmpm import build
 from cfmpm.body.points import relocate
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.kernels import finite
 from cfmpm.linear import solvers
 from cfmpm.output.files import write_dataset
-from workflows.settings import scene_with
+from scipy.sparse import csr_array
+
+from workflows.configuration.scene_with_grid import scene_with
 
 PARTS = ("points and forces", "stiffness", "factor", "solve")
 # What of an iteration is the sum over the points, and what the linear solver.

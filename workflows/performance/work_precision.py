@@ -9,23 +9,23 @@ from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
+import cfmpm
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
-from scipy.sparse import csr_array
-from shapely import LineString, distance, points
-from skfem import solver_direct_scipy
-
-import cfmpm
 from cfmpm.body.grid import Floats
 from cfmpm.linear.solvers import SOLVERS, available
 from cfmpm.meshing.sizes import mesh_size, resolved_grading
 from cfmpm.output.files import write_dataset
 from cfmpm.output.provenance import provenance
 from cfmpm.scene import Scene, load_scene
-from workflows import reference_fem
-from workflows.paper.growth import reference as path_points
-from workflows.settings import combinations
+from scipy.interpolate import CubicSpline
+from scipy.sparse import csr_array
+from shapely import LineString, distance, points
+from skfem import solver_direct_scipy
+
+from workflows.performance.settings import combinations
+from workflows.reference import plate_fem
+from workflows.reference.path_points import reference as path_points
 
 QUANTITIES = ("G", "J", "K_I", "K_II")
 PHASES = ("mesh", "solve", "post")
@@ -244,15 +244,15 @@ def _solve_by_fem(
     grid, scene = result.grid, result.scene
     tip = grid.nodes[grid.tips[0].node]
     radius = float(result.history.domain_radius[0, 0, -1])
-    plate = reference_fem.plate_of(scene, grid)
+    plate = plate_fem.plate_of(scene, grid)
     cpu, runs = [], []
     for _ in range(repeats):
         begun, start = time.process_time(), time.perf_counter()
-        system = reference_fem.assemble(plate, degree=grid.elements.shape[1] // 3)
-        solution = reference_fem.solve(system, solve)
+        system = plate_fem.assemble(plate, degree=grid.elements.shape[1] // 3)
+        solution = plate_fem.solve(system, solve)
         solved = time.perf_counter()
-        found = {"J": reference_fem.j_integral(solution, tip, radius)}
-        found["K_I"], found["K_II"] = reference_fem.intensity_factors(solution, tip, radius)
+        found = {"J": plate_fem.j_integral(solution, tip, radius)}
+        found["K_I"], found["K_II"] = plate_fem.intensity_factors(solution, tip, radius)
         runs.append([0.0, solved - start, time.perf_counter() - solved])
         cpu.append(time.process_time() - begun)
     found["G"] = plate.release_rate(found["K_I"], found["K_II"])

@@ -8,14 +8,14 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import cfmpm
 import numpy as np
 import xarray as xr
-
-import cfmpm
 from cfmpm.errors import MeshError, SceneError, SolveError
 from cfmpm.output.files import write_dataset
 from cfmpm.scene import load_scene
-from workflows.settings import Case, Stability
+
+from workflows.stability.settings import Case, Stability
 from workflows.stability.slivers import write_plate
 
 # What a run that calls its steps solved must know at each of them.

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLUE, GREY, VERMILLION, panels
-from workflows.page import html_image, html_page, html_table, write_text
+from matplotlib.axes import Axes
+
+from workflows.reporting.html_page import html_image, html_page, html_table, write_text
 from workflows.stability.cases import TOUCH
 
 COLUMNS = (

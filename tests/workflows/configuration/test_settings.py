@@ -1,0 +1,101 @@
+"""A configuration that figures or claims could not be made from is refused."""
+
+from __future__ import annotations
+
+import copy
+
+import growth_data as made_up
+import pytest
+import yaml
+from pydantic import ValidationError
+
+from workflows.configuration.settings import Settings
+from workflows.growth.settings import GROWN, Growth
+from workflows.large_strain.figures import HENCKY, NEO_HOOKEAN, STRESS
+from workflows.large_strain.settings import PULLED
+
+BLOCKS = (
+    *("section_5_1", "growth", "large_strain", "work_precision"),
+    *("scaling", "newton_cost", "study_overhead", "stability"),
+)
+
+
+@pytest.fixture(scope="module")
+def shipped(root):
+    config = {}
+    for name in BLOCKS:
+        path = root / "configs" / "workflow" / f"{name}.yaml"
+        config |= yaml.safe_load(path.read_text(encoding="utf-8"))
+    return config
+
+
+@pytest.fixture
+def config(shipped):
+    return copy.deepcopy(shipped)
+
+
+def refused(config, *words):
+    with pytest.raises(ValidationError) as error:
+        Settings.model_validate(config)
+    (one,) = error.value.errors()
+    assert all(word in f"{one['loc']}: {one['msg']}" for word in words), one
+
+
+@pytest.mark.parametrize(
+    ("study", "variant"), [(study, name) for study, names in GROWN.items() for name in names]
+)
+def test_a_growth_variant_that_is_missing(config, study, variant):
+    film = config["growth"][study]["film"]
+    film["variant"] = next(name for name in GROWN[study] if name != variant)
+    del config["growth"][study]["variants"][variant]
+    refused(config, "growth", f"{study}.variants: figures and claims need {variant}")
+
+
+@pytest.mark.parametrize("variant", PULLED)
+def test_a_large_strain_variant_that_is_missing(config, variant):
+    del config["large_strain"]["variants"][variant]
+    refused(config, "large_strain", f"variants: figures and claims need {variant}")
+
+
+def test_what_is_needed_is_what_figures_and_claims_are_tested_with():
+    """On made-up data of these variants and the sizes alone all figures are drawn."""
+    assert set(PULLED) == {*HENCKY, *NEO_HOOKEAN, *STRESS}
+    for study, names in GROWN.items():
+        made = set(getattr(made_up, study)().variant.values)
+        sized = {name for name in made if "first_" in name or "second_" in name}
+        assert set(names) <= made
+        assert made - sized - {"paper_15_5", "paper_10_4", "paper_10_6"} <= set(names)
+
+
+def test_sizes_of_the_near_miss_are_those_of_the_variants(config):
+    variants = config["growth"]["beam"]["variants"]
+    assert Growth(**config["growth"]).near_miss_sizes() == [12, 8, 5, 3]
+    del variants["second_12"]
+    refused(config, "growth", "beam.variants: figures and claims need second_12")
+    del variants["first_12"]
+    assert Growth(**config["growth"]).near_miss_sizes() == [8, 5, 3]
+    for size in (8, 5, 3):
+        del variants[f"first_{size}"]
+    refused(config, "growth", "beam.variants: figures and claims need first_")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("drawn", [384, 500], "series.T3: figures and claims need 500"),
+        ("swept", [384, 500], "series.T3: figures and claims need 500"),
+        ("swept", [384], "swept"),
+        ("domain_radius", 55.0, "radii: figures and claims need 55.0"),
+    ],
+)
+def test_section_5_1_shows_what_it_computes(config, key, value, told):
+    config["section_5_1"][key] = value
+    refused(config, "section_5_1", told)
+
+
+def test_section_5_1_compares_its_series(config):
+    series = config["section_5_1"]["series"]
+    del series["T6"][790]
+    refused(config, "section_5_1", "series.T6: figures and claims need 790")
+    del series["T6"]
+    refused(config, "section_5_1", "series: figures and claims need T6")

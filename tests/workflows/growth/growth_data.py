@@ -1,0 +1,172 @@
+"""Datasets of growing cracks made up for tests: paths along the references, plain numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from cfmpm.output.variables import TIP_STATUS
+from workflows.growth.claims import FIXED_GRIPS
+from workflows.growth.datasets import KEPT, stack
+from workflows.growth.figures import BOTTOM, HOLE
+from workflows.reference.path_points import reference
+
+OF_STEP = ("strain_energy", "external_work", "fracture_energy", "n_points", "empty_elements")
+
+
+def history(paths, ending="arrived: all", end="arrived_boundary", n_points=790.0, **values):
+    """A run whose tips follow paths of equal length; values replace the ones of all steps."""
+    paths = {name: np.asarray(path, float) for name, path in paths.items()}
+    n, tips = len(next(iter(paths.values()))), list(paths)
+    places = np.stack(list(paths.values()), axis=1)
+    length = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=places[:1]).T).T, axis=0)
+    data = {name: np.ones((n, len(tips))) for name in KEPT}
+    data |= {name: np.zeros(n) for name in OF_STEP}
+    data |= {"reaction_y": np.zeros((n, 1)), "displacement_y": np.zeros((n, 1))}
+    data |= {"tip_x": places[..., 0], "tip_y": places[..., 1], "crack_length": length}
+    status = np.full((n, len(tips)), TIP_STATUS.index("growing"), np.int8)
+    status[-1] = TIP_STATUS.index(end)
+    data |= {"tip_status": status, "n_points": np.full(n, n_points)}
+    data |= {"domain_radius": np.full((n, len(tips)), 1e3)}
+    data |= {"cf_angle": np.zeros((n, len(tips))), "cf_tip_y": np.zeros((n, len(tips)))}
+    data |= {
+        name: np.reshape(value, data[name].shape) for name, value in values.items() if name in data
+    }
+    dims = {1: ("step",), 2: ("step", "tip")}
+    of_edge = ("reaction_y", "displacement_y")
+    variables = {
+        name: (("step", "boundary") if name in of_edge else dims[np.ndim(value)], value)
+        for name, value in data.items()
+    }
+    variables["domain_radius"] = ("step", "tip", "radius"), data["domain_radius"][..., None]
+    coords = {
+        "step": np.arange(1, n + 1),
+        "tip": tips,
+        "boundary": ["top"],
+        "load_factor": ("step", values.get("load_factor", np.ones(n))),
+    }
+    return xr.Dataset(variables, coords, {"ending": ending, "config": "{}"})
+
+
+def straight(n, **values):
+    x = np.linspace(100.0, 500.0, 21)
+    path = {"crack_1": np.column_stack([x, np.full(21, 500.0)])}
+    return history(path, n_points=n, crack_length=x, **values)
+
+
+def edge():
+    """The edge crack: straight across; G and a turning load as converged computations have them."""
+    x = np.linspace(100.0, 500.0, 21)
+    G = np.interp(x, list(FIXED_GRIPS), list(FIXED_GRIPS.values()))
+    turning = 0.05 + 1e-6 * (x - 300.0) ** 2
+    tip = {"cf_tip_y": np.full(21, 0.05)}
+    return stack(
+        {
+            **{
+                f"{kind}_{n}": straight(n, **tip)
+                for kind in ("cf", "hoop", "paper")
+                for n in (790, 2584)
+            },
+            "t6": straight(2000, G=G),
+            "crack_control": straight(
+                2000,
+                load_factor=turning,
+                strain_energy=np.full(21, 50.0),
+                fracture_energy=x - 100.0,
+                external_work=x - 50.0,
+            ),
+        }
+    )
+
+
+SHEAR = ("cf", "paper", "cf_second", "hoop_second_1.38", "t6_second_2.76", "t6_second_1.95")
+SIZES = ("hoop_first_2.76", "hoop_first_1.38", "hoop_second_2.76", "t6_first_2.76")
+
+
+def shear():
+    """The path under shear through the points of its limit."""
+    first = [35.0, 80.0], [37.5, 80.0 - 2.5 * np.tan(np.radians(14.68))]
+    path = np.vstack([*first, reference("shear_plate_limit"), [70.0, 73.5]])
+    return stack({name: history({"crack_1": path}) for name in (*SHEAR, *SIZES)})
+
+
+def holes():
+    """The paths at two holes through their points; energies as they should be."""
+    left = np.vstack([[1.0, 2.85], reference("holes_points"), [16.0, 5.0]])
+    both = {"left_crack": left, "right_crack": [20.0, 10.0] - left}
+    n = len(left)
+    new = np.append(0.0, np.cumsum(np.hypot(*np.diff(left, axis=0).T)))
+    held = history(both, end="arrived_hole", J=np.full((n, 2), 300.0), cf_norm=np.full((n, 2), 9.0))
+    held = held.assign(
+        fracture_energy=("step", 2.0 * new),
+        external_work=("step", np.full(n, 1e5)),
+        strain_energy=("step", 1e5 - 600.0 * new),
+    )
+    alone = np.full((n, 2), TIP_STATUS.index("growing"), np.int8)
+    alone[-2:, 0] = alone[-1, 1] = TIP_STATUS.index("arrived_hole")
+    # The load rises three times where the left crack breaks through.
+    load = np.where(np.arange(n) < n - 2, 0.02, 0.06)
+    stored = np.full(n, 10.0)
+    stored[-2:] = 9.0 * 3.0
+    balanced = history(both, load_factor=load, tip_status=alone, strain_energy=stored)
+    balanced = balanced.assign(
+        fracture_energy=("step", new),
+        external_work=("step", 10.0 + new + np.where(np.arange(n) < n - 2, 0.0, 20.0)),
+    )
+    near = np.linspace([1.0, 2.85], [4.0, 5.2], n)
+    return stack(
+        {
+            **dict.fromkeys(("cf", "paper", "hoop", "stiff"), held),
+            "crack_control": balanced,
+            "rollers": history(
+                {"left_crack": near, "right_crack": [20.0, 10.0] - near}, end="arrived_hole"
+            ),
+        }
+    )
+
+
+SPECIMENS = {
+    "15_5": ([127.0, 38.1], 16.8),
+    "10_4": ([101.6, 25.4], 12.6),
+    "10_6": ([152.4, 25.4], 12.2),
+}
+
+
+def beam():
+    """The paths at three holes along their references, with the kinks these have."""
+    variants = {}
+    for case, (start, kink) in SPECIMENS.items():
+        angle = np.radians(90.0 - kink)
+        first = np.array(start) + 2.0 * np.array([np.cos(angle), np.sin(angle)])
+        known = reference(f"beam_{case}")
+        path = np.vstack([start, first, known[known[:, 1] > first[1] + 1.0]])
+        if case == "10_6":  # the last point is on the edge of the bottom hole
+            path = np.vstack([path[path[:, 1] < BOTTOM[1] - HOLE - 1.0], BOTTOM - [0.0, HOLE]])
+        run = history({"crack_1": path}, end="arrived_hole")
+        variants |= {f"{kind}_{case}": run for kind in ("cf", "hoop", "paper")}
+    known = history({"crack_1": reference("beam_15_5")})
+    variants |= {
+        f"{order}_{size}": known for order in ("first", "second") for size in (12, 8, 5, 3)
+    }
+    return stack(variants)
+
+
+def moved(dataset, variant, dx=0.0, dy=0.0, from_step=1):
+    """The dataset with the path of one variant shifted from a step on [mm]."""
+    here = (dataset.variant == variant) & (dataset.step >= from_step)
+    return dataset.assign(tip_x=dataset.tip_x + here * dx, tip_y=dataset.tip_y + here * dy)
+
+
+def ended(dataset, variant, status):
+    """The dataset with another last status of the tips of one variant."""
+    last = dataset.tip_x.notnull().any("tip").cumsum("step").argmax("step") + 1
+    here = (dataset.variant == variant) & (dataset.step == last)
+    return dataset.assign(
+        tip_status=xr.where(here, np.int8(TIP_STATUS.index(status)), dataset.tip_status)
+    )
+
+
+def scaled(dataset, variant, name, factor):
+    """The dataset with one quantity of one variant multiplied."""
+    here = dataset.variant == variant
+    return dataset.assign({name: dataset[name] * xr.where(here, factor, 1.0)})

@@ -1,0 +1,30 @@
+"""The configuration of Fig. 8."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from pydantic import Field, model_validator
+
+from workflows.configuration.block import Block, require
+
+# Variants that the figure and its claims speak of by name.
+PULLED = (
+    *("hencky_T3_4", "hencky_T6_4", "hencky_T6_0.5", "hencky_following", "hencky_paper"),
+    *("neo_hookean_T3_4", "neo_hookean_T6_0.5", "neo_hookean_following"),
+    *("ciarlet_T6_0.5", "ciarlet_paper", "hencky_dead"),
+)
+
+
+class LargeStrain(Block):
+    """Fig. 8 of the paper: CF against elongation, by formulation, law and grid."""
+
+    scene: str
+    variants: dict[str, dict[str, Any]] = Field(
+        min_length=1, description="values of the scene that are replaced, by dotted keys"
+    )
+
+    @model_validator(mode="after")
+    def _what_is_shown_is_there(self) -> Self:
+        require("variants", PULLED, self.variants)
+        return self

@@ -1,0 +1,1 @@
+"""One page of the whole: each figure beside its claims."""

@@ -1,0 +1,5 @@
+from workflows.execution.job import job
+from workflows.overview.page import write_overview
+
+with job(snakemake):
+    write_overview(**snakemake.params, page=snakemake.output.page)

@@ -1,1 +1,0 @@
-"""The paper's sections: datasets, figures and claims."""

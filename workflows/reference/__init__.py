@@ -1,0 +1,1 @@
+"""What others have computed, and independent FEM codes to compare with."""

@@ -1,8 +1,0 @@
-from workflows.job import job
-from workflows.paper.claims_large_strain import write_claims
-from workflows.paper.figures_large_strain import write_fig8
-
-with job(snakemake):
-    data, out = snakemake.input.data, snakemake.output
-    write_fig8(data, out.fig8, out.fig8_data)
-    write_claims(data, table=out.table, markdown=out.markdown, page=out.page)

@@ -1,8 +1,0 @@
-from workflows.job import job
-from workflows.paper.section_5_1 import write_grids, write_series
-
-with job(snakemake):
-    scene, series = snakemake.input.scene, snakemake.params.series
-    for name, meshes in series.items():
-        write_series(scene, meshes, snakemake.params.radii, snakemake.output[name])
-    write_grids(scene, snakemake.params.grids, snakemake.output.grids)

@@ -1,5 +1,0 @@
-from cfmpm.study.batches import write_study
-from workflows.job import job
-
-with job(snakemake):
-    write_study(snakemake.params.file, snakemake.input.parts, snakemake.output.data)

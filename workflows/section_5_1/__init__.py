@@ -1,0 +1,1 @@
+"""Section 5.1 of the paper: the stationary edge crack, figures 4 to 7."""

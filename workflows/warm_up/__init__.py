@@ -1,0 +1,1 @@
+"""Kernels are compiled once, before the jobs that need them."""
