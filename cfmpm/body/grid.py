@@ -170,14 +170,14 @@ class Grid:
         )
 
 
-def build_grid(triangulation: Triangulation, element: str) -> Grid:
+def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
     """Open the cracks of a triangulation and number the nodes of its elements.
 
     Parameters
     ----------
     triangulation : Triangulation
-    element : str
-        A word of `registry.elements`.
+    element : Element or str
+        Or its word in `registry.elements`.
 
     Returns
     -------
@@ -221,7 +221,7 @@ def build_grid(triangulation: Triangulation, element: str) -> Grid:
         parents = topology.split_nodes(triangles, twins, offsets, half_edges, on_cracks, n_nodes)
         nodes = np.concatenate([nodes, nodes[parents]])
 
-    of = find_element(element)
+    of = find_element(element) if isinstance(element, str) else element
     nodes, elements = _with_further_nodes(of, nodes, triangles, twins)
     grid = Grid(
         element=of,

@@ -49,8 +49,14 @@ class Element:
 
     @property
     def constant_gradients(self) -> bool:
-        """Whether basis gradients are constant in a triangle; sides then stay straight."""
+        """Whether basis gradients are constant in a triangle."""
         return self.order == 1
+
+    @property
+    def moves_as_one_domain(self) -> bool:
+        """Whether a triangle stays the one domain of its one point, with straight sides, as its
+        nodes move."""
+        return self.constant_gradients and len(self.points) == 1
 
     @cached_property
     def nodes(self) -> Ints:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 from cfmpm.elements.record import find_element
+from cfmpm.registry.elements import ELEMENTS
 from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body
@@ -44,6 +45,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
             *_kinematics(scene, "mesh_file", scene.mesh_file.regions),
             *_nothing_to_grow(scene, bool(scene.mesh_file.cracks)),
             *_formulation(scene),
+            *_growth_of_element(scene),
         ]
     whole = expand(scene)
     geometry = whole.geometry
@@ -52,7 +54,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     found += [*contradictions(whole), *swallowed_loads(whole)]
     found += [*_toughness(scene, "geometry", geometry.regions), *_refinement(scene)]
     found += [*_fatigue(scene), *_kinematics(scene, "geometry", geometry.regions)]
-    found += _formulation(scene)
+    found += [*_formulation(scene), *_growth_of_element(scene)]
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
@@ -201,21 +203,36 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
         yield "formulation", "updated needs kinematics: finite; at small strain no grid is reset"
     if scene.growth is not None:
         yield "formulation", "updated does not go with growth; cracks grow under total"
-    if not find_element(scene.mesh.element).constant_gradients:
-        if scene.updated.ghost:
-            yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"
-        for key, needing in (("grid", "following"), ("integration", "domains")):
-            if getattr(scene.updated, key) == needing:
-                yield (
-                    f"updated.{key}",
-                    f"{needing} needs mesh.element: T3, whose sides stay straight; T6 goes with "
-                    "grid: fixed and integration: points",
-                )
+    element = find_element(scene.mesh.element)
+    if scene.updated.ghost and not element.constant_gradients:
+        yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"
+    for key, needing in (("grid", "following"), ("integration", "domains")):
+        if getattr(scene.updated, key) == needing and not element.moves_as_one_domain:
+            yield (
+                f"updated.{key}",
+                f"{needing} needs mesh.element: T3, whose sides stay straight; "
+                f"{scene.mesh.element} goes with grid: fixed and integration: points",
+            )
     fits = {"margin": "fixed", "smooth_below": "following"}
     for key, grid in fits.items():
         other = getattr(scene.updated, key) != getattr(default, key)
         if other and scene.updated.grid != grid:
             yield f"updated.{key}", f"needs updated.grid: {grid}"
+
+
+def _growth_of_element(scene: Scene) -> Iterator[Finding]:
+    """Growth with an element whose points stand for no known part of their triangle."""
+    growth = scene.growth
+    if growth is None or growth.transfer == "paper":
+        return
+    if find_element(scene.mesh.element).domains is None:
+        fitting = [word for word in ELEMENTS if find_element(word).domains is not None]
+        yield (
+            "mesh.element",
+            f"{scene.mesh.element} does not go with growth.transfer: domains, as it does not say "
+            f"what part of a triangle each of its points stands for, as {', '.join(fitting)} do; "
+            "it grows under transfer: paper only",
+        )
 
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 import round_off
+from cubic_element import T10
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csc_array, csr_array, eye_array
@@ -218,7 +219,7 @@ def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
     assert_complementary(solved)
 
 
-@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("element", ["T3", "T6", T10], ids=["T3", "T6", "T10"])
 @pytest.mark.parametrize("last", [5, 3], ids=["crossing", "meeting"])
 def test_pressure_passes_through_joined_cracks(element, last):
     """Where cracks cross, or one ends on another, three or four nodes lie in one place."""

@@ -1,0 +1,31 @@
+"""How fast each element converges: three lines for a new one."""
+
+from __future__ import annotations
+
+import pytest
+from cubic_element import T10
+from exact_fields import gradient_and_round_off, polynomial, rate
+
+
+def test_t3():
+    assert rate("T3") == pytest.approx(1, abs=0.15)
+
+
+def test_t6():
+    assert rate("T6") == pytest.approx(2, abs=0.15)
+
+
+def test_t10():
+    assert rate(T10) == pytest.approx(3, abs=0.15)
+
+
+@pytest.mark.parametrize("element", ["T3", "T6", T10], ids=["T3", "T6", "T10"])
+@pytest.mark.parametrize("degree", [1, 2, 3, 4])
+def test_polynomials_up_to_the_order_are_exact(element, degree):
+    order = {"T3": 1, "T6": 2}.get(element, 3)
+    error, by_round_off = gradient_and_round_off(element, 4, polynomial(degree))
+    assert by_round_off < 1e-10
+    if degree <= order:
+        assert error <= by_round_off
+    else:
+        assert error > 1e-4
