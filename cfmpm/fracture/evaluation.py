@@ -14,7 +14,9 @@ from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.tip_domains import FILL, sharp_bend
 from cfmpm.equilibrium.balance import Equilibrium
-from cfmpm.fracture import cf, criteria
+from cfmpm.fracture import cf
+from cfmpm.fracture.criteria.max_hoop import max_hoop_angle
+from cfmpm.fracture.criteria.protocols import direction_by, is_closed, load_factor_at_fracture
 from cfmpm.fracture.interaction import bent_faces, intensity_factors
 
 
@@ -49,6 +51,8 @@ def evaluate_tips(
         ``_radius`` are those of the largest radius.
     """
     grid, body_force = body.grid, balance.load_factor * body.loading.body_force
+    growth = body.scene.growth
+    direction = direction_by("max_hoop" if growth is None else growth.direction)
     openings = smallest_openings(grid, balance.displacement, balance.finite)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
@@ -111,14 +115,12 @@ def evaluate_tips(
             row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
         if has_k:
             k_1, k_2 = row["K_I"], row["K_II"]
-            row["kink_angle"] = criteria.max_hoop_angle(k_1, k_2)
-            rule = "max_hoop" if body.scene.growth is None else body.scene.growth.direction
-            row["G_kink"] = row["G"] * criteria.kink_factor(rule, k_1, k_2)
+            row["kink_angle"] = max_hoop_angle(k_1, k_2)
+            loaded = k_1 != 0.0 or k_2 != 0.0
+            row["G_kink"] = row["G"] * (direction.kink_factor(row) if loaded else 1.0)
             toughness = float(material.g_c[0])
-            if not math.isnan(toughness) and k_1 > -abs(k_2):
-                row["critical_load_factor"] = criteria.critical_load_factor(
-                    row["G_kink"], toughness
-                )
+            if not math.isnan(toughness) and not is_closed(k_1, k_2):
+                row["critical_load_factor"] = load_factor_at_fracture(row["G_kink"], toughness)
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
     return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}

@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.ending import RunEnded
-from cfmpm.fracture import criteria, fatigue
+from cfmpm.fracture import fatigue
+from cfmpm.fracture.criteria.protocols import (
+    direction_by,
+    driving_force_by,
+    is_closed,
+)
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.scene.growth import Fatigue, Growth
 
@@ -97,16 +102,11 @@ def decide(
         return Decision(load_factor, {})
     if not grid.tips and law is None:
         return Decision(load_factor if growth.control == "load" else math.nan, {})
-    heading = {
-        tip.name: tip.tangent
-        if tip.name in blind or shut
-        else direction(tip, {name: value[i] for name, value in values.items()}, growth)
-        for i, (tip, shut) in enumerate(zip(grid.tips, _shut(values), strict=True))
-    }
-    part = _part_of_toughness(grid, values, heading, g_c, growth, scale)
+    heading, shut = _headings(grid, values, growth, blind)
+    part = _part_of_toughness(grid, values, heading, shut, g_c, growth, scale)
     progress = None
     if law is not None:
-        progress, runs = _advance(grid, values, part, last, law, grown or {})
+        progress, runs = _advance(grid, values, shut, part, last, law, grown or {})
     elif growth.control == "load":
         runs = part >= 1.0
     else:
@@ -129,10 +129,37 @@ def decide(
     return Decision(load_factor, running, known | tangents, progress)
 
 
+def _headings(
+    grid: Grid, values: Mapping[str, Any], growth: Growth, blind: Collection[str]
+) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
+    """Find where each tip would run, by its name, and which have no direction to run in, (tip,).
+
+    Such a tip is closed, or the criterion has no answer; it is taken to point straight on.
+    Finite deformation knows no K; there, faces that press on each other leave J what shear makes.
+    """
+    shut = np.zeros(len(grid.tips), bool)
+    if "K_I" in values:
+        shut |= is_closed(np.asarray(values["K_I"]), np.asarray(values["K_II"]))
+    criterion = direction_by(growth.direction)
+    heading = {}
+    for i, tip in enumerate(grid.tips):
+        heading[tip.name] = tip.tangent
+        if tip.name not in blind and not shut[i]:
+            ahead = criterion.heading(_of_tip(values, i), tip.tangent)
+            shut[i] = np.isnan(ahead).any()
+            heading[tip.name] = tip.tangent if shut[i] else ahead
+    return heading, shut
+
+
+def _of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
+    return {name: value[i] for name, value in values.items()}
+
+
 def _part_of_toughness(
     grid: Grid,
     values: Mapping[str, Any],
     heading: Mapping[str, Floats],
+    shut: NDArray[np.bool_],
     g_c: Floats,
     growth: Growth,
     scale: float,
@@ -146,17 +173,15 @@ def _part_of_toughness(
     toughness = np.array(g_c, float)
     ahead = [regions_ahead(grid, tip, heading[tip.name]) for tip in grid.tips]
     weakest = np.array([toughness[regions].min() for regions in ahead])
-    driving = np.asarray(values["cf_norm"], float)
-    if growth.criterion == "energy_release_rate":
-        driving = np.asarray(values["G"], float)
-        if "G_kink" in values:
-            driving = np.where(np.isnan(values["G_kink"]), driving, values["G_kink"])
-    return np.where(_shut(values), 0.0, scale**2 * driving) / weakest
+    criterion = driving_force_by(growth.criterion)
+    driving = np.array([criterion(_of_tip(values, i)) for i in range(len(grid.tips))])
+    return np.where(shut, 0.0, scale**2 * driving) / weakest
 
 
 def _advance(
     grid: Grid,
     values: Mapping[str, Any],
+    shut: NDArray[np.bool_],
     part: Floats,
     last: Decision | None,
     law: Fatigue,
@@ -171,7 +196,7 @@ def _advance(
         if math.isnan(k_1):  # on the border of two materials: as it came there
             spans.append(known.get(name, 0.0))
         else:
-            spans.append(0.0 if _shut(values)[i] else fatigue.stress_range(law, k_1, k_2))
+            spans.append(0.0 if shut[i] else fatigue.stress_range(law, k_1, k_2))
     ranges = dict(zip(names, spans, strict=True))
     rates = {name: fatigue.growth_rate(law, span) for name, span in ranges.items()}
     cycles, owed = fatigue.count(None if last is None else last.progress, grown, rates)
@@ -181,16 +206,6 @@ def _advance(
         leader, due = "", []
     progress = Progress(cycles, ranges, rates, owed, leader, driving)
     return progress, np.array([name in due for name in names], bool)
-
-
-def _shut(values: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Which tips are pressed shut more than sheared: these have no direction to run in.
-
-    Finite deformation knows no K; there, faces that press on each other leave J what shear makes.
-    """
-    if "K_I" not in values:
-        return np.zeros(len(values.get("J", ())), bool)
-    return np.asarray(values["K_I"]) <= -np.abs(values["K_II"])
 
 
 def check_end(
@@ -272,18 +287,6 @@ def _check_fracture(
         )
     values = {"cycles_to_fracture": cycles, "critical_crack_length": length}
     raise RunEnded("fractured", text, values=values)
-
-
-def direction(tip: CrackTip, values: Mapping[str, Any], growth: Growth) -> Floats:
-    """Return the unit vector in which a tip runs, (2,)."""
-    if growth.direction == "cf":
-        force = np.array([values["cf_x"], values["cf_y"]])
-        return force / np.hypot(*force)
-    angle = {"max_hoop": criteria.max_hoop_angle, "max_energy": criteria.max_energy_angle}[
-        growth.direction
-    ](values["K_I"], values["K_II"])
-    turn = np.exp(1j * np.radians(angle)) * complex(*tip.tangent)
-    return np.array([turn.real, turn.imag])
 
 
 def secant(before: Floats, now: Floats) -> Floats:

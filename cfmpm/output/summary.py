@@ -15,6 +15,7 @@ from cfmpm.body.body import Body
 from cfmpm.body.grid import Grid
 from cfmpm.output.analysis import parts_of_gap, resolved_steps
 from cfmpm.output.warnings import doubts_before
+from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
 from cfmpm.scene import Scene
 from cfmpm.state import Result
 
@@ -152,18 +153,14 @@ def _growth_plan(scene: Scene) -> list[str]:
     growth = scene.growth
     if growth is None:
         return []
-    quantity = "|CF|" if growth.criterion == "cf_norm" else "G of the kink"
+    quantity = DRIVING_FORCES[growth.criterion].description
     load = {
         "load": f"at the load of the scene, tips run whose {quantity} reaches g_c",
         "crack": f"increment by increment, at the load at which {quantity} of the first tip is g_c",
         "fatigue": "by cycles of load, all tips above the threshold by Paris' law, until "
         f"{quantity} of one reaches g_c",
     }[growth.control]
-    direction = {
-        "max_hoop": "of the largest hoop stress",
-        "max_energy": "of the largest energy release rate",
-        "cf": "of the configurational force",
-    }[growth.direction]
+    direction = DIRECTIONS[growth.direction].description
     runs = "; of several tips the largest alone" if growth.tips == "largest" else ""
     return [f"{load}{runs}; in the direction {direction}; {growth.increments} increments at most"]
 

@@ -17,6 +17,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
 from cfmpm.mechanics import NEGLIGIBLE, PLASTIC_WORK
 from cfmpm.output.analysis import LIGAMENT, before_arrival, parts_of_gap
+from cfmpm.registry.criteria import DIRECTIONS
 from cfmpm.registry.loads import LOADS
 from cfmpm.scene.families import expand
 from cfmpm.scene.growth import Growth
@@ -101,7 +102,7 @@ def _by_finite(scene: Scene) -> str:
     needs = {
         "plane: strain": scene.plane == "strain",
         "growth.control: load": growth is None or growth.control == "load",
-        "growth.direction: cf": growth is None or growth.direction == "cf",
+        "growth.direction: cf": growth is None or not DIRECTIONS[growth.direction].needs_k,
     }
     missing = [need for need, given in needs.items() if not given]
     return "kinematics: finite" + (f", with {' and '.join(missing)}," if missing else "")

@@ -11,7 +11,8 @@ from pydantic import (
     model_validator,
 )
 
-from cfmpm.scene.base import Model, list_or_count, refusal
+from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
+from cfmpm.scene.base import Model, OneOf, list_or_count, refusal
 from cfmpm.scene.quantities import (
     Count,
     Length,
@@ -53,10 +54,10 @@ class Growth(Model):
         "makes the criterion just met, increment by increment; fatigue: by cycles of load up to "
         "that of the scene, until the criterion is met",
     )
-    criterion: Literal["energy_release_rate", "cf_norm"] = Field(
+    criterion: Annotated[str, OneOf(DRIVING_FORCES)] = Field(
         "energy_release_rate", description="what is compared with g_c; cf_norm is the paper's"
     )
-    direction: Literal["max_hoop", "max_energy", "cf"] = Field(
+    direction: Annotated[str, OneOf(DIRECTIONS)] = Field(
         "max_hoop", description="where a crack turns to; cf is the paper's"
     )
     order: Literal[1, 2] = Field(

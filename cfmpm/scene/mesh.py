@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BeforeValidator,
@@ -14,17 +14,12 @@ from pydantic import (
 )
 
 from cfmpm.registry.elements import ELEMENTS
-from cfmpm.scene.base import Model, refusal
+from cfmpm.scene.base import Model, OneOf, refusal
 from cfmpm.scene.quantities import (
     LARGEST_LENGTH,
     Length,
     Positive,
 )
-
-if TYPE_CHECKING:
-    ElementWord = str
-else:
-    ElementWord = Literal[tuple(ELEMENTS)]
 
 
 class Grading(Model):
@@ -47,7 +42,7 @@ def _word(value: Any) -> Any:
 class Mesh(Model):
     """The background grid."""
 
-    element: ElementWord = Field(
+    element: Annotated[str, OneOf(ELEMENTS)] = Field(
         "T6",
         description=", ".join(f"{word}: {entry.description}" for word, entry in ELEMENTS.items())
         + " a triangle",

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 from cfmpm.elements.record import find_element
+from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
 from cfmpm.registry.elements import ELEMENTS
 from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
@@ -179,12 +180,15 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
     if scene.growth is not None:
         if plastic:
             yield f"{plastic[0]}material.law", "j2 does not go with growth"
-        if scene.growth.direction != "cf":
-            yield (
-                "growth.direction",
-                f"{scene.growth.direction} needs K_I and K_II, which finite deformation does not "
-                "have: it needs cf",
-            )
+        for key, table in (("direction", DIRECTIONS), ("criterion", DRIVING_FORCES)):
+            word = getattr(scene.growth, key)
+            if table[word].needs_k:
+                others = " or ".join(other for other in table if not table[other].needs_k)
+                yield (
+                    f"growth.{key}",
+                    f"{word} needs K_I and K_II, which finite deformation does not have: it needs "
+                    f"{others}",
+                )
 
 
 def _nothing_to_grow(scene: Scene, has_tips: bool) -> Iterator[Finding]:

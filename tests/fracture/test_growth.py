@@ -8,7 +8,8 @@ from structured import rectangle
 
 from cfmpm.body.grid import build_grid
 from cfmpm.ending import RunEnded
-from cfmpm.fracture import criteria, growth
+from cfmpm.fracture import growth
+from cfmpm.fracture.criteria.protocols import direction_by
 from cfmpm.scene.growth import Growth
 
 GRID = build_grid(rectangle(8, 6, crack=(3, 2, 5)), "T3")
@@ -57,6 +58,20 @@ def test_tips_run_by_shear_but_not_under_pressure():
     assert len(decide([5.0, 5.0], k_1=(-1e-3, 0.0), k_2=(1.0, 1.0)).running) == 2
 
 
+class NoAnswer:
+    def heading(self, values, tangent):
+        return tangent * (np.nan if values["K_II"] > 0.0 else 1.0)
+
+    def kink_factor(self, values):
+        return np.nan
+
+
+def test_a_tip_runs_only_where_the_criterion_has_an_answer(monkeypatch):
+    monkeypatch.setattr(growth, "direction_by", lambda word: NoAnswer())
+    decision = decide([5.0, 5.0], k_2=(0.0, 1.0))
+    assert set(decision.running) == {"crack_1_start"}
+
+
 def test_the_paper_s_criterion_and_direction():
     config = {"criterion": "cf_norm", "direction": "cf"}
     decision = decide([0.1, 0.1], config, norm=[0.9, 1.1])
@@ -69,7 +84,7 @@ def test_the_paper_s_criterion_and_direction():
 @pytest.mark.parametrize("rule", ["max_hoop", "max_energy"])
 def test_directions_turn_from_the_tangent_of_their_own_tip(rule):
     decision = decide([2.0, 2.0], {"direction": rule}, k_2=(0.3, 0.3))
-    angle = getattr(criteria, f"{rule}_angle")(1.0, 0.3)
+    angle = direction_by(rule).angle({"K_I": 1.0, "K_II": 0.3})
     assert angle < 0
     for name, tangent in (("crack_1_end", 1.0), ("crack_1_start", -1.0)):
         turned = np.exp(1j * math.radians(angle)) * tangent

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from kink_problem import kinked_by_mapping
 
-from cfmpm.fracture.criteria import kinked_factors
+from cfmpm.fracture.criteria.kinked_factors import kinked_factors
 
 PI2, PI3, PI4, PI5, PI6 = (math.pi**k for k in range(2, 7))
 # Amestoy and Leblond (1992), eqs 66-69: by power of m = angle / 180 deg, as printed.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cfmpm
-from cfmpm.fracture.criteria import max_hoop_angle
+from cfmpm.fracture.criteria.max_hoop import max_hoop_angle
 from cfmpm.output.variables import TIP_STATUS
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cfmpm
-from cfmpm.fracture.criteria import kinked_factors
+from cfmpm.fracture.criteria.kinked_factors import kinked_factors
 from cfmpm.output.analysis import parts_of_gap
 from cfmpm.scene import scene_from_dict
 

@@ -1,0 +1,1 @@
+"""Criteria of fracture, one file each; the words for them stand in `registry.criteria`."""

@@ -1,0 +1,13 @@
+"""The energy release rate of the kink as what drives a crack (Griffith 1921)."""
+
+from __future__ import annotations
+
+import math
+
+from cfmpm.fracture.criteria.protocols import TipValues
+
+
+def energy_release_rate(values: TipValues) -> float:
+    """Return G in the direction of growth [N/mm]; without stress intensity factors G ahead."""
+    kinked = float(values.get("G_kink", math.nan))
+    return float(values["G"]) if math.isnan(kinked) else kinked
