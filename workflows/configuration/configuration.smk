@@ -12,7 +12,7 @@ workdir: str(ROOT)
 sys.path.insert(0, str(ROOT))
 
 from cfmpm.program import program_files
-from workflows.configuration.settings import read_settings
+from workflows.settings import read_settings
 from workflows.execution.imports import modules_of
 from workflows.execution.job import let_scripts_import
 from workflows.execution.lock import clear_after_kill, remove_unfinished

@@ -9,10 +9,10 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from workflows.configuration.settings import Settings
 from workflows.growth.settings import GROWN, Growth
 from workflows.large_strain.figures import HENCKY, NEO_HOOKEAN, STRESS
 from workflows.large_strain.settings import PULLED
+from workflows.settings import Settings
 
 BLOCKS = (
     *("section_5_1", "growth", "large_strain", "work_precision"),
