@@ -2,8 +2,9 @@
 
 Numba notices an edited kernel only in the file that holds it, and keeps stale machine code of a
 kernel that calls one in another file. The cache folder is therefore keyed by a hash of all kernel
-sources. ``NUMBA_CACHE_DIR`` moves it, ``NUMBA_DISABLE_JIT=1`` runs kernels as plain Python, and
-``NUMBA_BOUNDSCHECK=1`` checks every index.
+sources, and of those of other packages whose kernels are called. ``NUMBA_CACHE_DIR`` moves it,
+``NUMBA_DISABLE_JIT=1`` runs kernels as plain Python, and ``NUMBA_BOUNDSCHECK=1`` checks every
+index.
 """
 
 from __future__ import annotations
@@ -26,16 +27,64 @@ KEPT = 3
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-@cache
-def cache_folder() -> Path:
-    """Return the folder of compiled kernels that belongs to the present sources."""
-    sources = sorted((Path(__file__).parent / "kernels").glob("*.py"))
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+_PACKAGE = Path(__file__).parent
+_depended_on: list[str] = []
+
+
+def cache_folder(*sources: str) -> Path:
+    """Return the folder of compiled kernels that belongs to the present sources.
+
+    Parameters
+    ----------
+    *sources : str
+        Texts that the kernels depend on besides those of this package.
+    """
+    texts = [_own_sources(), *_depended_on, *sources]
+    digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
         home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
         base = str(Path(home) / "cfmpm")
     return Path(base) / f"kernels-{digest}"
+
+
+def depend_on(*sources: str) -> None:
+    """Let the cache folder of kernels that are made from now on depend on texts besides."""
+    _depended_on.extend(sources)
+
+
+def beside(path: Path) -> list[Path]:
+    """Return the files that a module of another package may take kernels from.
+
+    Parameters
+    ----------
+    path : Path
+        Of the module.
+
+    Returns
+    -------
+    list of Path
+        Those of its package; itself alone where it is in none.
+    """
+    if (path.parent / "__init__.py").is_file():
+        return sorted(path.parent.glob("*.py"))
+    return [path] if path.is_file() else []
+
+
+@cache
+def _own_sources() -> str:
+    """What the kernels of this package are made from."""
+    kernels = sorted((_PACKAGE / "kernels").rglob("*.py"))
+    return "\0".join(path.read_text("utf-8") for path in [*kernels, _PACKAGE / "registry/laws.py"])
+
+
+@cache
+def _sources_of(file: str) -> tuple[str, ...]:
+    """What a kernel depends on besides, by the file that it stands in."""
+    path = Path(file)
+    if path.is_relative_to(_PACKAGE):
+        return ()
+    return tuple(each.read_text("utf-8") for each in beside(path))
 
 
 # Numba sets its options on the module when it is loaded.
@@ -48,7 +97,7 @@ def kernel(function: Function) -> Function:
     Division by zero gives inf or nan as in numpy, and no fast-math: results are the same bits on
     every run, whatever the number of threads.
     """
-    folder = cache_folder()
+    folder = cache_folder(*_sources_of(function.__code__.co_filename))
     before = config.CACHE_DIR
     config.CACHE_DIR = str(folder)
     try:

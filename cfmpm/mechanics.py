@@ -9,7 +9,6 @@ import numpy as np
 from cfmpm.body import transfer
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid
-from cfmpm.body.materials import PLASTIC_WORK
 from cfmpm.body.points import MaterialPoints, relocate
 from cfmpm.body.volume_patches import patch_of
 from cfmpm.clock import Clock
@@ -142,7 +141,7 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
     work = replace(
         body.integration,
         stress=np.zeros_like(body.integration.stress),
-        energy=np.ascontiguousarray(balance.history[:, PLASTIC_WORK]),
+        energy=body.materials.plastic_work(body.integration.material, balance.history),
     )
     return cf.finite_nodal_force(body.grid, work, gradients, np.zeros(2))
 

@@ -13,20 +13,14 @@ from cfmpm.body.grid import Floats, Ints
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.volume_patches import Patches, patch_of
 from cfmpm.kernels import finite
-from cfmpm.kernels import laws as kernels
+from cfmpm.kernels.laws import dispatch
+from cfmpm.registry.laws import LAWS, Law
 
 # Poisson's ratio above which T3 in plane strain locks. J against T6 on one grid (single edge crack,
 # size 20, tip 1 mm): 1.4 % low at 0.3, 2.4 % at 0.45, 7 % at 0.49, 28 % at 0.499.
 LOCKING = 0.45
-# Column of the history of points.
-PLASTIC_WORK = 5
-
-_LAWS = {
-    "hencky": kernels.HENCKY,
-    "neo_hookean": kernels.NEO_HOOKEAN,
-    "ciarlet": kernels.CIARLET,
-    "j2": kernels.J2,
-}
+# Among the variables of a law's history.
+PLASTIC_WORK = "plastic_work"
 
 
 @dataclass(frozen=True)
@@ -47,12 +41,15 @@ class Materials:
     g_c : (q,) float
         Critical energy release rate [N/mm]; nan where there is none.
     law : (q,) int
-        One of the constants of `kernels.laws`.
+        By `laws.dispatch.NUMBERS`.
     constants : (q, c) float
-        What the laws read: lambda, mu, yield stress and hardening modulus [MPa]; zero where a law
-        has none.
+        What the laws read: lambda, mu [MPa], and their own constants from the third column on.
     plastic : (q,) bool
-        Whether the law has a history.
+        Whether the law flows.
+    n_history : (q,) int
+        Number of variables that the law keeps of a point.
+    work : (q,) int
+        Which of them is the plastic work; -1 where none is.
     locks : (q,) bool
         Whether elements lock that can (`Element.locks`): plane strain near incompressibility.
         Plastic flow is isochoric whatever Poisson's ratio is.
@@ -66,6 +63,8 @@ class Materials:
     law: Ints
     constants: Floats
     plastic: NDArray[np.bool_]
+    n_history: Ints
+    work: Ints
     locks: NDArray[np.bool_]
 
     def row(self, region: int) -> Self:
@@ -75,7 +74,18 @@ class Materials:
 
     def virgin_history(self, n_points: int) -> Floats:
         """Return the history of points that nothing has happened to."""
-        return np.zeros((n_points, 6 if self.plastic.any() else 0))
+        return np.zeros((n_points, int(self.n_history.max())))
+
+    def plastic_work(self, material: Ints, history: Floats) -> Floats:
+        """Return the plastic work of points per reference volume [MPa], (p,).
+
+        Parameters
+        ----------
+        material : (p,) int
+        history : (p, h) float
+        """
+        column = self.work[material]
+        return np.where(column < 0, 0.0, history[np.arange(len(history)), column])
 
 
 def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
@@ -112,18 +122,23 @@ def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
     across = np.zeros((len(rows), 3))
     if plane == "strain":
         across[:, :2] = nu[:, None]
-    law = np.array([_LAWS[word] for word in words])
-    plastic = law == kernels.J2
-    yielding = [(row.get("yield_stress") or 0.0, row.get("hardening", 0.0)) for row in rows]
+    laws = [LAWS[word] for word in words]
+    plastic = np.array([law.plastic for law in laws])
+    kept = [dispatch.HISTORY[word] for word in words]
+    own = [_own_constants(law, row) for law, row in zip(laws, rows, strict=True)]
     return Materials(
         elastic=elastic,
         across=across,
         lame=np.column_stack([lam, mu]),
         E=E,
         g_c=np.array([row.get("g_c") for row in rows], float),
-        law=law,
-        constants=np.column_stack([lam, mu, yielding]),
+        law=np.array([dispatch.NUMBERS[word] for word in words]),
+        constants=np.column_stack([lam, mu, own]),
         plastic=plastic,
+        n_history=np.array([len(names) for names in kept]),
+        work=np.array(
+            [names.index(PLASTIC_WORK) if PLASTIC_WORK in names else -1 for names in kept]
+        ),
         locks=((nu > LOCKING) | plastic) & (plane == "strain"),
     )
 
@@ -143,25 +158,24 @@ def stress_across(
     Returns
     -------
     (p,) float
-        Cauchy stress [MPa]. It is lambda U'(J) where nothing else strains or flows across, with J
-        the mean over the patch; the logarithmic laws have tr tau = 3 lambda J U' + 2 mu ln J,
-        however plastic flow shares it out.
+        Cauchy stress [MPa].
     """
-    law = materials.law[points.material]
-    lam, mu = materials.lame[points.material].T
-    H = points.displacement_gradient
-    y = H[:, 0, 0] + H[:, 1, 1] + (H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0])
-    mean = y
-    if patches is not None:
-        patch = patch_of(patches, points)
-        mean = finite.patch_means(points.volume, H, patch)[patch]
-    J, log_J = 1.0 + mean, np.log1p(mean)
-    pressure = np.where(
-        law == kernels.CIARLET, 0.5 * lam * mean * (2.0 + mean) / J, lam * log_J / J
+    result: Floats = finite.stresses_across(
+        points.volume,
+        points.material,
+        materials.law,
+        materials.constants,
+        points.displacement_gradient,
+        points.stress,
+        patch_of(patches, points),
     )
-    trace = 3.0 * pressure + 2.0 * mu * np.log1p(y) / (1.0 + y)
-    logarithmic = np.isin(law, [kernels.HENCKY, kernels.J2])
-    return np.where(logarithmic, trace - points.stress[:, 0] - points.stress[:, 1], pressure)
+    return result
+
+
+def _own_constants(law: Law, row: Mapping[str, Any]) -> list[float]:
+    """The constants of a law besides E and nu, as many as any law has."""
+    values = [row.get(constant.name, constant.default) for constant in law.constants]
+    return values + [0.0] * (dispatch.N_CONSTANTS - 2 - len(values))
 
 
 def plane_modulus(lam: float, mu: float) -> float:

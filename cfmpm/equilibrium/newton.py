@@ -223,6 +223,15 @@ class March:
             self._problem.patch,
         )
         if self._problem.patches is not None:
+            bulk = patch_kernels.bulk_moduli(
+                len(self._problem.patches.nodes),
+                points.volume,
+                points.material,
+                materials.law,
+                materials.constants,
+                state.displacement_gradient,
+                self._problem.patch,
+            )
             data += patch_kernels.coupling(
                 self._problem.patch_slots,
                 len(indices),
@@ -231,9 +240,7 @@ class March:
                 points.element,
                 self._problem.gradients,
                 points.volume,
-                points.material,
-                materials.law,
-                materials.constants,
+                bulk,
                 state.displacement_gradient,
                 self._problem.patch,
             )

@@ -56,16 +56,20 @@ def assemble_stiffness(
     own = lame if patches is None else lame * [[0.0, 1.0]]
     data = assembly.stiffness(grid.elements, free, indptr, indices, *shared, own)
     if patches is not None:
+        patch = patches.of_triangle[points.element]
+        bulk = np.zeros(len(patches.nodes))
+        bulk[patch] = lame[points.material, 0]
         data += patch_kernels.coupling(
             finite.entry_slots(patches.nodes, free, indptr, indices),
             len(indices),
             patches.nodes,
             grid.elements,
-            *shared,
-            np.zeros(len(lame), np.int64),
-            np.pad(lame, ((0, 0), (0, 2))),
+            points.element,
+            gradients,
+            points.volume,
+            bulk,
             np.zeros((len(points), 2, 2)),
-            patches.of_triangle[points.element],
+            patch,
         )
     n = len(indptr) - 1
     return csr_array((data, indices, indptr), shape=(n, n))

@@ -8,7 +8,7 @@ import numpy as np
 
 from cfmpm._jit import kernel
 from cfmpm.kernels.finite import patch_means
-from cfmpm.kernels.laws import respond
+from cfmpm.kernels.laws.dispatch import respond
 
 
 @kernel
@@ -69,7 +69,7 @@ def lowest_eigenvalue(F, tau, c):
     tau : tuple of three floats
         Kirchhoff stress xx, yy, xy [MPa].
     c : tuple of six floats
-        Spatial tangent as from `laws.respond` [MPa].
+        Spatial tangent as from `laws.dispatch.respond` [MPa].
 
     Returns
     -------
@@ -131,12 +131,12 @@ def lowest_eigenvalue(F, tau, c):
 
 
 @kernel
-def ellipticity(volume, material, law, parameters, history, displacement_gradient, patch):
+def ellipticity(volume, material, law, constants, history, displacement_gradient, patch):
     """Measure at each point how far the law is from losing ellipticity.
 
     Parameters
     ----------
-    volume, material, law, parameters, history, patch
+    volume, material, law, constants, history, patch
         As in `finite.stiffness`.
     displacement_gradient : (p, 2, 2) float
 
@@ -158,17 +158,8 @@ def ellipticity(volume, material, law, parameters, history, displacement_gradien
             result[p] = -math.inf
             continue
         m = material[p]
-        tau, _, c, _ = respond(
-            law[m],
-            parameters[m, 0],
-            parameters[m, 1],
-            parameters[m, 2],
-            parameters[m, 3],
-            (hxx, hxy, hyx, hyy),
-            means[patch[p]] if len(patch) else hxx + hyy + (hxx * hyy - hxy * hyx),
-            False,
-            history,
-            p,
-        )
-        result[p] = lowest_eigenvalue(F, tau, c) / parameters[m, 1]
+        H = (hxx, hxy, hyx, hyy)
+        mean = means[patch[p]] if len(patch) else hxx + hyy + (hxx * hyy - hxy * hyx)
+        tau, _, c, _ = respond(law[m], constants, m, H, mean, False, history, p)
+        result[p] = lowest_eigenvalue(F, tau, c) / constants[m, 1]
     return result

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from cfmpm._jit import kernel
-from cfmpm.kernels.laws import respond
+from cfmpm.kernels.laws.dispatch import respond, stress_across
 
 
 @kernel
@@ -41,6 +41,36 @@ def patch_means(volume, displacement_gradient, patch):
 
 
 @kernel
+def displacement_gradients(elements, point_element, gradients, base, displacement):
+    """Return the displacement gradient of each point, (p, 2, 2).
+
+    Parameters
+    ----------
+    elements, point_element, gradients, base, displacement
+        As in `update_points`.
+    """
+    n, k = gradients.shape[:2]
+    displacement_gradient = np.empty((n, 2, 2))
+    for p in range(n):
+        e = point_element[p]
+        hxx, hxy = base[p, 0, 0], base[p, 0, 1]
+        hyx, hyy = base[p, 1, 0], base[p, 1, 1]
+        for a in range(k):
+            node = elements[e, a]
+            ux, uy = displacement[node, 0], displacement[node, 1]
+            gx, gy = gradients[p, a, 0], gradients[p, a, 1]
+            hxx += ux * gx
+            hxy += ux * gy
+            hyx += uy * gx
+            hyy += uy * gy
+        displacement_gradient[p, 0, 0] = hxx
+        displacement_gradient[p, 0, 1] = hxy
+        displacement_gradient[p, 1, 0] = hyx
+        displacement_gradient[p, 1, 1] = hyy
+    return displacement_gradient
+
+
+@kernel
 def update_points(
     elements,
     point_element,
@@ -49,7 +79,7 @@ def update_points(
     volume,
     material,
     law,
-    parameters,
+    constants,
     history,
     displacement,
     patch,
@@ -67,13 +97,13 @@ def update_points(
     volume : (p,) float
         Reference volume [mm^3 per mm of thickness].
     material : (p,) int
-        Row of `law` and `parameters`.
+        Row of `law` and `constants`.
     law : (q,) int
-        One of the constants of `laws`.
-    parameters : (q, 4) float
-        lambda, mu, yield stress, hardening modulus [MPa].
-    history : (p, 6) or, without `J2`, (p, 0) float
-        State at the start of the step.
+        By `laws.dispatch.NUMBERS`.
+    constants : (q, c) float
+        lambda, mu [MPa] and the constants of the laws.
+    history : (p, h) float
+        State at the start of the step; h = 0 where no law keeps one.
     displacement : (n, 2) float
         Of the nodes [mm].
     patch : (p,) or (0,) int
@@ -90,34 +120,15 @@ def update_points(
     new_history : like `history`
     det_F : (p,) float
     """
-    n, k = gradients.shape[:2]
-    displacement_gradient = np.empty((n, 2, 2))
-    stress = np.empty((n, 3))
-    energy = np.empty(n)
+    H = displacement_gradients(elements, point_element, gradients, base, displacement)
+    n = len(point_element)
+    stress, energy, det_F = np.empty((n, 3)), np.empty(n), np.empty(n)
     new_history = np.zeros_like(history)
-    det_F = np.empty(n)
-    for p in range(n):
-        e = point_element[p]
-        hxx, hxy = base[p, 0, 0], base[p, 0, 1]
-        hyx, hyy = base[p, 1, 0], base[p, 1, 1]
-        for a in range(k):
-            node = elements[e, a]
-            ux, uy = displacement[node, 0], displacement[node, 1]
-            gx, gy = gradients[p, a, 0], gradients[p, a, 1]
-            hxx += ux * gx
-            hxy += ux * gy
-            hyx += uy * gx
-            hyy += uy * gy
-        displacement_gradient[p, 0, 0] = hxx
-        displacement_gradient[p, 0, 1] = hxy
-        displacement_gradient[p, 1, 0] = hyx
-        displacement_gradient[p, 1, 1] = hyy
-    means = patch_means(volume, displacement_gradient, patch)
+    means = patch_means(volume, H, patch)
     patched = len(patch) > 0
     for p in range(n):
-        hxx, hxy = displacement_gradient[p, 0, 0], displacement_gradient[p, 0, 1]
-        hyx, hyy = displacement_gradient[p, 1, 0], displacement_gradient[p, 1, 1]
-        y = hxx + hyy + (hxx * hyy - hxy * hyx)
+        h = (H[p, 0, 0], H[p, 0, 1], H[p, 1, 0], H[p, 1, 1])
+        y = h[0] + h[3] + (h[0] * h[3] - h[1] * h[2])
         J = 1.0 + y
         det_F[p] = J
         if not J > 0.0:
@@ -126,23 +137,40 @@ def update_points(
             new_history[p] = history[p]
             continue
         m = material[p]
-        tau, energy[p], _, state = respond(
-            law[m],
-            parameters[m, 0],
-            parameters[m, 1],
-            parameters[m, 2],
-            parameters[m, 3],
-            (hxx, hxy, hyx, hyy),
-            means[patch[p]] if patched else y,
-            patched,
-            history,
-            p,
-        )
+        mean = means[patch[p]] if patched else y
+        tau, energy[p], _, state = respond(law[m], constants, m, h, mean, patched, history, p)
         for i in range(3):
             stress[p, i] = tau[i] / J
         for i in range(history.shape[1]):
             new_history[p, i] = state[i]
-    return displacement_gradient, stress, energy, new_history, det_F
+    return H, stress, energy, new_history, det_F
+
+
+@kernel
+def stresses_across(volume, material, law, constants, displacement_gradient, stress, patch):
+    """Return sigma_zz of points in plane strain, (p,) [MPa].
+
+    Parameters
+    ----------
+    volume, material, law, constants, patch
+        As in `update_points`.
+    displacement_gradient : (p, 2, 2) float
+        det F > 0.
+    stress : (p, 3) float
+        Cauchy stress in the plane [MPa].
+    """
+    H = displacement_gradient
+    n = len(material)
+    result = np.empty(n)
+    means = patch_means(volume, H, patch)
+    for p in range(n):
+        h = (H[p, 0, 0], H[p, 0, 1], H[p, 1, 0], H[p, 1, 1])
+        y = h[0] + h[3] + (h[0] * h[3] - h[1] * h[2])
+        mean = means[patch[p]] if len(patch) else y
+        in_plane = (stress[p, 0], stress[p, 1], stress[p, 2])
+        m = material[p]
+        result[p] = stress_across(law[m], constants, m, h, mean, in_plane)
+    return result
 
 
 @kernel
@@ -230,6 +258,49 @@ def entry_slots(elements, free, indptr, indices):
 
 
 @kernel
+def add_stiffness(block, spatial, tau, c, volume):
+    """Add one point to the upper triangle of the stiffness of its element.
+
+    Parameters
+    ----------
+    block : (2k, 2k) float
+    spatial : (k, 2) float
+        Spatial gradients F^-T dS/dX [1/mm].
+    tau, c : tuples of three and six floats
+        From `laws.dispatch.respond` [MPa].
+    volume : float
+    """
+    txx, tyy, txy = volume * tau[0], volume * tau[1], volume * tau[2]
+    c11, c22, c12 = volume * c[0], volume * c[1], volume * c[2]
+    c13, c23, c33 = volume * c[3], volume * c[4], volume * c[5]
+    k = len(spatial)
+    for a in range(k):
+        ax, ay = spatial[a, 0], spatial[a, 1]
+        # Rows of node a: c : sym(e_i (x) g_a), and tau g_a.
+        xxx, xyy, xxy = c11 * ax + c13 * ay, c12 * ax + c23 * ay, c13 * ax + c33 * ay
+        yxx, yyy, yxy = c12 * ay + c13 * ax, c22 * ay + c23 * ax, c23 * ay + c33 * ax
+        sx, sy = txx * ax + txy * ay, txy * ax + tyy * ay
+        for b in range(a, k):
+            bx, by = spatial[b, 0], spatial[b, 1]
+            initial = sx * bx + sy * by
+            block[2 * a, 2 * b] += xxx * bx + xxy * by + initial
+            block[2 * a, 2 * b + 1] += xxy * bx + xyy * by
+            block[2 * a + 1, 2 * b] += yxx * bx + yxy * by
+            block[2 * a + 1, 2 * b + 1] += yxy * bx + yyy * by + initial
+
+
+@kernel
+def scatter(data, slots, e, block):
+    """Add the stiffness of an element, in its upper triangle, to the entries of the matrix."""
+    for i in range(len(block)):
+        for j in range(i, len(block)):
+            if slots[e, i, j] >= 0:
+                data[slots[e, i, j]] += block[i, j]
+                if j > i:
+                    data[slots[e, j, i]] += block[i, j]
+
+
+@kernel
 def stiffness(
     slots,
     n_entries,
@@ -238,7 +309,7 @@ def stiffness(
     volume,
     material,
     law,
-    parameters,
+    constants,
     history,
     displacement_gradient,
     patch,
@@ -255,7 +326,7 @@ def stiffness(
         From `entry_slots`.
     n_entries : int
         Entries of the matrix.
-    point_element, gradients, volume, material, law, parameters, history, patch
+    point_element, gradients, volume, material, law, constants, history, patch
         As in `update_points`; the state is that at the start of the step.
     displacement_gradient : (p, 2, 2) float
         Of the present displacement; det F > 0.
@@ -275,83 +346,21 @@ def stiffness(
         hxx, hxy = displacement_gradient[p, 0, 0], displacement_gradient[p, 0, 1]
         hyx, hyy = displacement_gradient[p, 1, 0], displacement_gradient[p, 1, 1]
         y = hxx + hyy + (hxx * hyy - hxy * hyx)
+        H, mean = (hxx, hxy, hyx, hyy), means[patch[p]] if patched else y
         m = material[p]
-        tau, _, c, _ = respond(
-            law[m],
-            parameters[m, 0],
-            parameters[m, 1],
-            parameters[m, 2],
-            parameters[m, 3],
-            (hxx, hxy, hyx, hyy),
-            means[patch[p]] if patched else y,
-            patched,
-            history,
-            p,
-        )
+        tau, _, c, _ = respond(law[m], constants, m, H, mean, patched, history, p)
         J = 1.0 + y
-        v = volume[p]
-        txx, tyy, txy = v * tau[0], v * tau[1], v * tau[2]
-        c11, c22, c12 = v * c[0], v * c[1], v * c[2]
-        c13, c23, c33 = v * c[3], v * c[4], v * c[5]
         for a in range(k):
             gx, gy = gradients[p, a, 0], gradients[p, a, 1]
             spatial[a, 0] = ((1.0 + hyy) * gx - hyx * gy) / J
             spatial[a, 1] = ((1.0 + hxx) * gy - hxy * gx) / J
-        for a in range(k):
-            ax, ay = spatial[a, 0], spatial[a, 1]
-            # Rows of node a: c : sym(e_i (x) g_a), and tau g_a.
-            xxx, xyy, xxy = c11 * ax + c13 * ay, c12 * ax + c23 * ay, c13 * ax + c33 * ay
-            yxx, yyy, yxy = c12 * ay + c13 * ax, c22 * ay + c23 * ax, c23 * ay + c33 * ax
-            sx, sy = txx * ax + txy * ay, txy * ax + tyy * ay
-            for b in range(a, k):
-                bx, by = spatial[b, 0], spatial[b, 1]
-                initial = sx * bx + sy * by
-                block[2 * a, 2 * b] += xxx * bx + xxy * by + initial
-                block[2 * a, 2 * b + 1] += xxy * bx + xyy * by
-                block[2 * a + 1, 2 * b] += yxx * bx + yxy * by
-                block[2 * a + 1, 2 * b + 1] += yxy * bx + yyy * by + initial
+        add_stiffness(block, spatial, tau, c, volume[p])
         e = point_element[p]
-        if p + 1 < n and point_element[p + 1] == e:
-            continue
         # Points of one element follow each other: their sum is scattered once.
-        for i in range(2 * k):
-            for j in range(i, 2 * k):
-                if slots[e, i, j] >= 0:
-                    data[slots[e, i, j]] += block[i, j]
-                    if j > i:
-                        data[slots[e, j, i]] += block[i, j]
-        block[:] = 0.0
+        if p + 1 == n or point_element[p + 1] != e:
+            scatter(data, slots, e, block)
+            block[:] = 0.0
     return data
-
-
-@kernel
-def eshelby_stress(displacement_gradient, stress, energy):
-    """Return the Eshelby stress Sigma = W I - F^T P of each point.
-
-    Parameters
-    ----------
-    displacement_gradient : (p, 2, 2) float
-    stress : (p, 3) float
-        Cauchy stress [MPa].
-    energy : (p,) float
-        Per reference volume [N mm/mm^3].
-
-    Returns
-    -------
-    (p, 2, 2) float
-        [MPa]; F^T P is symmetric for isotropic laws (Eshelby 1975; Maugin 1993, ch. 4).
-    """
-    n = len(energy)
-    result = np.empty((n, 2, 2))
-    for p in range(n):
-        fxx, fxy = 1.0 + displacement_gradient[p, 0, 0], displacement_gradient[p, 0, 1]
-        fyx, fyy = displacement_gradient[p, 1, 0], 1.0 + displacement_gradient[p, 1, 1]
-        pxx, pxy, pyx, pyy = nominal_stress(displacement_gradient, stress, p)
-        result[p, 0, 0] = energy[p] - fxx * pxx - fyx * pyx
-        result[p, 0, 1] = -fxx * pxy - fyx * pyy
-        result[p, 1, 0] = -fxy * pxx - fyy * pyx
-        result[p, 1, 1] = energy[p] - fxy * pxy - fyy * pyy
-    return result
 
 
 @kernel

@@ -8,7 +8,72 @@ import numpy as np
 
 from cfmpm._jit import kernel
 from cfmpm.kernels.finite import patch_means
-from cfmpm.kernels.laws import volumetric
+from cfmpm.kernels.laws.dispatch import volumetric
+
+
+@kernel
+def neighbours_of(nodes, triangles, twins, regions):
+    """Return what each triangle may be joined to.
+
+    Parameters
+    ----------
+    nodes, triangles, twins, regions
+        As in `pair_triangles`.
+
+    Returns
+    -------
+    neighbours : (m, 3) int
+        Triangle of the same region across each side; -1 where there is none.
+    length : (m, 3) float
+        Of those sides [mm].
+    """
+    m = triangles.shape[0]
+    neighbours = np.full((m, 3), -1)
+    length = np.zeros((m, 3))
+    for t in range(m):
+        for k in range(3):
+            other = twins[t, k] // 3
+            if twins[t, k] >= 0 and regions[other] == regions[t]:
+                a, b = nodes[triangles[t, k]], nodes[triangles[t, (k + 1) % 3]]
+                neighbours[t, k] = other
+                length[t, k] = math.hypot(b[0] - a[0], b[1] - a[1])
+    return neighbours, length
+
+
+@kernel
+def join_left_over(neighbours, length, patch, n_patches):
+    """Join triangles without a patch to a small one beside them, across the longest side.
+
+    Parameters
+    ----------
+    neighbours, length
+        From `neighbours_of`.
+    patch : (m,) int
+        Patch of each triangle, changed in place; -1 where it has none yet.
+    n_patches : int
+        Each of two triangles.
+    """
+    size = np.full(len(patch), 2)
+    for t in range(len(patch)):
+        if patch[t] >= 0:
+            continue
+        best = -1
+        for k in range(3):
+            other = neighbours[t, k]
+            if other < 0:
+                continue
+            if best < 0 or (size[patch[other]], -length[t, k]) < (
+                size[patch[neighbours[t, best]]],
+                -length[t, best],
+            ):
+                best = k
+        if best >= 0:
+            patch[t] = patch[neighbours[t, best]]
+            size[patch[t]] += 1
+        else:
+            patch[t] = n_patches
+            size[n_patches] = 1
+            n_patches += 1
 
 
 @kernel
@@ -36,25 +101,17 @@ def pair_triangles(nodes, triangles, twins, regions):
     several have.
     """
     m = triangles.shape[0]
-    neighbours = np.full((m, 3), -1)
-    length = np.zeros((m, 3))
+    neighbours, length = neighbours_of(nodes, triangles, twins, regions)
     choices = np.zeros(m, np.int64)
     waiting = np.empty(m, np.int64)
     n_waiting = 0
     for t in range(m):
         for k in range(3):
-            other = twins[t, k] // 3
-            if twins[t, k] >= 0 and regions[other] == regions[t]:
-                a, b = nodes[triangles[t, k]], nodes[triangles[t, (k + 1) % 3]]
-                neighbours[t, k] = other
-                length[t, k] = math.hypot(b[0] - a[0], b[1] - a[1])
-                choices[t] += 1
+            choices[t] += int(neighbours[t, k] >= 0)
         if choices[t] == 1:
             waiting[n_waiting] = t
             n_waiting += 1
-
     patch = np.full(m, -1)
-    size = np.zeros(m, np.int64)
     n_patches = 0
     following = 0
     while n_waiting > 0 or following < m:
@@ -79,7 +136,6 @@ def pair_triangles(nodes, triangles, twins, regions):
         pair = (t, neighbours[t, best])
         for one in pair:
             patch[one] = n_patches
-        size[n_patches] = 2
         n_patches += 1
         for one in pair:
             for k in range(3):
@@ -89,27 +145,33 @@ def pair_triangles(nodes, triangles, twins, regions):
                     if choices[other] == 1:
                         waiting[n_waiting] = other
                         n_waiting += 1
-
-    for t in range(m):
-        if patch[t] >= 0:
-            continue
-        best = -1
-        for k in range(3):
-            other = neighbours[t, k]
-            if other < 0:
-                continue
-            if best < 0 or (size[patch[other]], -length[t, k]) < (
-                size[patch[neighbours[t, best]]],
-                -length[t, best],
-            ):
-                best = k
-        if best >= 0:
-            patch[t] = patch[neighbours[t, best]]
-        else:
-            patch[t] = n_patches
-            n_patches += 1
-        size[patch[t]] += 1
+    join_left_over(neighbours, length, patch, n_patches)
     return patch
+
+
+@kernel
+def bulk_moduli(n_patches, volume, material, law, constants, displacement_gradient, patch):
+    """Return lambda U'' at the mean J of each patch.
+
+    Parameters
+    ----------
+    n_patches : int
+    volume, material, law, constants
+        As in `finite.update_points`; lambda is the same in a patch.
+    displacement_gradient : (p, 2, 2) float
+    patch : (p,) int
+
+    Returns
+    -------
+    (n_patches,) float
+        [MPa].
+    """
+    means = patch_means(volume, displacement_gradient, patch)
+    bulk = np.zeros(n_patches)
+    for p in range(len(patch)):
+        m, at = material[p], patch[p]
+        bulk[at] = volumetric(law[m], constants, m, means[at])[2]
+    return bulk
 
 
 @kernel
@@ -121,9 +183,7 @@ def coupling(
     point_element,
     gradients,
     volume,
-    material,
-    law,
-    parameters,
+    bulk,
     displacement_gradient,
     patch,
 ):
@@ -131,7 +191,8 @@ def coupling(
 
     K = sum over patches of lambda U''(mean J) / V b b^T with b_I = sum_p V_p J F^-T dS_I/dX, the
     change of the patch's volume by the displacement of its nodes; to be added to the stiffness of
-    the points with patches. At no displacement it belongs to `assembly.stiffness` with lambda = 0.
+    the points with patches. At no displacement it belongs to `assembly.stiffness` without what is
+    shared of the elastic matrix.
 
     Parameters
     ----------
@@ -140,8 +201,10 @@ def coupling(
     n_entries : int
     patch_nodes : (n_patches, w) int
         Nodes of each patch, the last one repeated where there are fewer than w.
-    elements, point_element, gradients, volume, material, law, parameters
-        As in `finite.update_points`; lambda is the same in a patch.
+    elements, point_element, gradients, volume
+        As in `finite.update_points`.
+    bulk : (n_patches,) float
+        From `bulk_moduli` [MPa].
     displacement_gradient : (p, 2, 2) float
     patch : (p,) int
 
@@ -151,15 +214,11 @@ def coupling(
         Values of the CSR matrix [N/mm^2], symmetric to the bit.
     """
     n_patches, width = patch_nodes.shape
-    means = patch_means(volume, displacement_gradient, patch)
     whole = np.zeros(n_patches)
-    bulk = np.zeros(n_patches)
     change = np.zeros((n_patches, 2 * width))
     for p in range(len(patch)):
         at = patch[p]
-        m = material[p]
         whole[at] += volume[p]
-        bulk[at] = volumetric(law[m], parameters[m, 0], means[at])[2]
         hxx, hxy = displacement_gradient[p, 0, 0], displacement_gradient[p, 0, 1]
         hyx, hyy = displacement_gradient[p, 1, 0], displacement_gradient[p, 1, 1]
         for a in range(elements.shape[1]):
@@ -201,7 +260,8 @@ def mean_pressure(volume, material, lame, displacement_gradient, patch):
         lambda times the mean of u_k,k, to be added to sigma_xx and sigma_yy of
         `constitutive.linear_elastic` with lambda = 0 [MPa].
     energy : (p,) float
-        lambda mean (u_k,k - mean / 2), continued linearly from the mean as in `laws.respond`.
+        lambda mean (u_k,k - mean / 2), continued linearly from the mean as in
+        `laws.dispatch.respond`.
     """
     n_patches = patch.max() + 1 if len(patch) else 0
     whole = np.zeros(n_patches)

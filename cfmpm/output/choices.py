@@ -10,6 +10,7 @@ from cfmpm.body.materials import LOCKING
 from cfmpm.body.tip_domains import FILL
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.meshing import resolved_grading
+from cfmpm.registry.laws import LAWS
 from cfmpm.scene.model import Scene
 
 
@@ -78,8 +79,9 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "rigid_motions_held": body.loading.held,
     }
     if body.patches is not None:
+        plastic = " or ".join(word for word, law in LAWS.items() if law.plastic)
         notes["near_incompressibility"] = (
-            f"nu above {LOCKING:g}, or j2: change of volume averaged over "
+            f"nu above {LOCKING:g}, or {plastic}: change of volume averaged over "
             f"{len(body.patches.nodes)} patches, of two or three triangles each"
         )
     if balance.contact_pairs:

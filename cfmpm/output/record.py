@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm import mechanics
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Triangulation
 from cfmpm.ending import Ending, LastCracks, RunEnded
@@ -344,7 +343,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     return values | {
         "strain_energy": np.sum(source.energy * source.volume),
         "plastic_work": (
-            np.sum(balance.history[:, mechanics.PLASTIC_WORK] * source.volume)
+            np.sum(body.materials.plastic_work(source.material, balance.history) * source.volume)
             if balance.history.size
             else np.nan
         ),

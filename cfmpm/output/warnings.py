@@ -15,9 +15,10 @@ from cfmpm.body.tip_domains import FILL, RESOLVED
 from cfmpm.body.volume_patches import patch_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
-from cfmpm.mechanics import NEGLIGIBLE, PLASTIC_WORK
+from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.output.analysis import LIGAMENT, before_arrival, parts_of_gap
 from cfmpm.registry.criteria import DIRECTIONS
+from cfmpm.registry.laws import LAWS
 from cfmpm.registry.loads import LOADS
 from cfmpm.scene.families import expand
 from cfmpm.scene.growth import Growth
@@ -56,7 +57,8 @@ def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
     found = []
     if not all(LOADS[load.kind].holds for load in expand(scene).loads):
         found.append("Prescribed displacements lead past a largest load; forces do not.")
-    if balance.unstable_points > 0 and scene.material.law in ("hencky", "neo_hookean"):
+    law = LAWS[scene.material.law]
+    if balance.unstable_points > 0 and not (law.elliptic or law.plastic):
         found.append("material.law: ciarlet keeps the ellipticity that points have lost.")
     if scene.formulation == "updated":
         found.append("formulation: total has no grid that a body could leave or tear.")
@@ -115,7 +117,9 @@ def _adds_up(body: Body, balance: Equilibrium) -> bool:
     volume = body.integration.volume
     spent = np.sum(body.integration.energy * volume)
     if balance.history.size:
-        spent += np.sum(balance.history[:, PLASTIC_WORK] * volume)
+        spent += np.sum(
+            body.materials.plastic_work(body.integration.material, balance.history) * volume
+        )
     return bool(abs(balance.external_work - spent) <= IMBALANCE * max(abs(spent), 1e-300))
 
 

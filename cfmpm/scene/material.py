@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
     Field,
+    create_model,
     model_validator,
 )
 
+from cfmpm.registry.laws import LAWS, Constant
 from cfmpm.scene.base import Model, refusal
 from cfmpm.scene.quantities import (
     Number,
@@ -16,29 +19,80 @@ from cfmpm.scene.quantities import (
 )
 
 
-class Material(Model):
-    """An isotropic material; at small strain every elastic law is that of Hooke."""
+class MaterialKeys(Model):
+    """What all materials share; the laws of `registry.laws` add their constants."""
 
     E: Positive = Field(description="Young's modulus [MPa]")
     nu: Annotated[Number, Field(gt=-1, lt=0.5)] = Field(description="Poisson's ratio")
     g_c: Positive | None = Field(None, description="critical energy release rate [N/mm]")
-    law: Literal["hencky", "ciarlet", "neo_hookean", "j2"] = Field(
-        "hencky",
-        description="at finite deformation: hencky is the paper's, and loses ellipticity at "
-        "stretches of 2 to 3; ciarlet is a neo-Hookean law that keeps it; neo_hookean has "
-        "lambda/2 (ln J)^2 instead; j2 is Hencky elasticity with a yield stress",
-    )
-    yield_stress: Positive | None = Field(None, description="of j2 [MPa]")
-    hardening: Annotated[Number, Field(ge=0)] = Field(
-        0.0, description="of j2: yield stress gained per plastic strain [MPa]"
-    )
+    law: str = "hencky"
 
     @model_validator(mode="after")
-    def _yields_where_plastic(self) -> Self:
-        if self.law == "j2" and self.yield_stress is None:
-            raise refusal("yield_stress", "is missing: the law j2 needs it")
-        if self.law != "j2" and self.yield_stress is not None:
-            raise refusal("yield_stress", f"does not fit: the law {self.law} is elastic")
-        if self.law != "j2" and self.hardening:
-            raise refusal("hardening", f"does not fit: the law {self.law} is elastic")
+    def _has_the_constants_of_its_law(self) -> Self:
+        law = LAWS[self.law]
+        own = {constant.name for constant in law.constants}
+        for constant in _constants().values():
+            value = getattr(self, constant.name)
+            if constant.name in own and value is None:
+                raise refusal(constant.name, f"is missing: the law {self.law} needs it")
+            if constant.name not in own and value != constant.default:
+                reason = f"the law {self.law} has none"
+                if not law.plastic and _of_flow(constant.name):
+                    reason = f"the law {self.law} is elastic"
+                raise refusal(constant.name, f"does not fit: {reason}")
         return self
+
+
+def _constants() -> dict[str, Constant]:
+    """The constants of all laws by their names; laws may share one, with the same limits."""
+    found: dict[str, Constant] = {}
+    for law in LAWS.values():
+        for constant in law.constants:
+            known = found.setdefault(constant.name, constant)
+            if known != replace(constant, description=known.description):
+                raise ValueError(f"two laws differ in what their constant {constant.name} may be")
+            if known is not constant:
+                said = f"{known.description}; {constant.description}"
+                found[constant.name] = replace(known, description=said)
+    return found
+
+
+def _of_flow(name: str) -> bool:
+    """Whether only plastic laws have a constant."""
+    return all(
+        law.plastic or name not in {constant.name for constant in law.constants}
+        for law in LAWS.values()
+    )
+
+
+def _field(constant: Constant) -> Any:
+    """Type and field of a constant."""
+    limits = {"gt": constant.above, "ge": constant.least, "lt": constant.below, "le": constant.most}
+    given: dict[str, Any] = {key: value for key, value in limits.items() if value is not None}
+    kind: Any = Annotated[Number, Field(**given)] if given else Number
+    if constant.default is None:
+        kind = kind | None
+    return kind, Field(constant.default, description=constant.description)
+
+
+if TYPE_CHECKING:
+
+    class Material(MaterialKeys):
+        """A material with any law."""
+
+else:
+    Material = create_model(
+        "Material",
+        __base__=MaterialKeys,
+        __module__=__name__,
+        __doc__="An isotropic material; at small strain every elastic law is that of Hooke.",
+        law=(
+            Literal[tuple(LAWS)],
+            Field(
+                "hencky",
+                description="at finite deformation: "
+                + "; ".join(f"{word} {law.description}" for word, law in LAWS.items()),
+            ),
+        ),
+        **{name: _field(constant) for name, constant in _constants().items()},
+    )

@@ -10,6 +10,7 @@ from itertools import chain
 from cfmpm.elements.record import find_element
 from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
 from cfmpm.registry.elements import ELEMENTS
+from cfmpm.registry.laws import LAWS
 from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import Body
@@ -147,11 +148,12 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
     """What finite deformation does not go with, and what needs it."""
     parts = {"": scene.material}
     parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
-    plastic = [part for part, material in parts.items() if material.law == "j2"]
+    plastic = [(part, each.law) for part, each in parts.items() if LAWS[each.law].plastic]
+    part, law = plastic[0] if plastic else ("", "")
     if plastic and scene.kinematics != "finite":
-        yield f"{plastic[0]}material.law", "j2 needs kinematics: finite"
+        yield f"{part}material.law", f"{law} needs kinematics: finite"
     if plastic and scene.updated.integration == "domains":
-        yield "updated.integration", "domains average the state of a point: j2 needs points"
+        yield "updated.integration", f"domains average the state of a point: {law} needs points"
     if scene.growth is not None and scene.growth.control != "load":
         control = scene.growth.control
         if scene.kinematics == "finite":
@@ -179,7 +181,7 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
         yield "kinematics", "finite needs plane: strain"
     if scene.growth is not None:
         if plastic:
-            yield f"{plastic[0]}material.law", "j2 does not go with growth"
+            yield f"{part}material.law", f"{law} does not go with growth"
         for key, table in (("direction", DIRECTIONS), ("criterion", DRIVING_FORCES)):
             word = getattr(scene.growth, key)
             if table[word].needs_k:

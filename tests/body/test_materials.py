@@ -7,7 +7,7 @@ import pytest
 
 from cfmpm.body.materials import Materials, material_table, stress_across
 from cfmpm.body.points import MaterialPoints
-from cfmpm.kernels import laws
+from cfmpm.kernels.laws import dispatch
 
 LAM, MU = 1.2e5, 8e4
 YIELD, HARDENING = 300.0, 1e3
@@ -21,12 +21,12 @@ def energies(law, F, across, zz=0.0):
     """
     J = np.linalg.det(F) * across
     ln = np.log(J)
-    if law in (laws.HENCKY, laws.J2):
+    if law in ("hencky", "j2"):
         in_plane = np.log(np.linalg.svd(F)[1])
         strains = np.array([*in_plane, np.log(across) - zz])
         return 0.5 * LAM * strains.sum() ** 2 + MU * (strains**2).sum()
     shear = 0.5 * MU * ((F * F).sum() + across**2 - 3 - 2 * ln)
-    return shear + LAM * (0.5 * ln**2 if law == laws.NEO_HOOKEAN else 0.25 * (J * J - 1 - 2 * ln))
+    return shear + LAM * (0.5 * ln**2 if law == "neo_hookean" else 0.25 * (J * J - 1 - 2 * ln))
 
 
 def derivative(law, F, zz=0.0, h=1e-3):
@@ -64,8 +64,9 @@ def cauchy(law, H, history=None):
     """Cauchy stress in the plane, and the new state, of one point without patches."""
     y = np.linalg.det(EYE + H) - 1.0
     history = np.zeros((1, 6)) if history is None else history
-    tau, _, _, state = laws.respond(
-        law, LAM, MU, YIELD, HARDENING, tuple(H.ravel()), y, False, history, 0
+    materials = table(law)
+    tau, _, _, state = dispatch.respond(
+        materials.law[0], materials.constants, 0, tuple(H.ravel()), y, False, history, 0
     )
     return np.array(tau) / (1.0 + y), np.array(state)
 
@@ -75,15 +76,12 @@ def gradients():
     return np.concatenate([scale * rng.uniform(-1, 1, (8, 2, 2)) for scale in (1e-3, 0.1, 0.45)])
 
 
-@pytest.mark.parametrize(
-    ("word", "law"),
-    [("hencky", laws.HENCKY), ("neo_hookean", laws.NEO_HOOKEAN), ("ciarlet", laws.CIARLET)],
-)
-def test_stress_across_is_the_derivative_of_the_energy(word, law):
+@pytest.mark.parametrize("law", ["hencky", "neo_hookean", "ciarlet"])
+def test_stress_across_is_the_derivative_of_the_energy(law):
     """sigma_zz = (dW/dl) / J at plane strain."""
     H = gradients()
     stress = np.array([cauchy(law, h)[0] for h in H])
-    found = stress_across(table(word), points_of(H, stress, np.zeros(len(H), np.int64)))
+    found = stress_across(table(law), points_of(H, stress, np.zeros(len(H), np.int64)))
     F = EYE + H
     expected = [derivative(law, f) / np.linalg.det(f) for f in F]
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-9 * MU)
@@ -92,11 +90,11 @@ def test_stress_across_is_the_derivative_of_the_energy(word, law):
 def test_stress_across_where_material_has_flowed():
     """tau_zz = lambda ln J + 2 mu eps_zz, of the elastic strain that flow across has left."""
     for H in gradients():
-        _, state = cauchy(laws.J2, H)
+        _, state = cauchy("j2", H)
         # Back a little, from there on elastic.
         for part in (1.0, 0.9):
             back = part * H
-            now, last = cauchy(laws.J2, back, state[None])
+            now, last = cauchy("j2", back, state[None])
             (found,) = stress_across(
                 table("j2"), points_of(back[None], now[None], np.zeros(1, int))
             )
@@ -109,7 +107,6 @@ def test_stress_across_where_material_has_flowed():
 
 def test_materials_of_points_are_told_apart():
     """One point of each law in one table, in any order."""
-    order = np.array([laws.CIARLET, laws.J2, laws.HENCKY, laws.NEO_HOOKEAN])
     lam = np.array([1.0, 2.0, 3.0, 4.0]) * LAM
     materials = table("ciarlet", "j2", "hencky", "neo_hookean", lam=lam, plastic=(1e9, 0.0))
     H = np.array([[0.2, 0.1], [-0.05, 0.15]])
@@ -117,10 +114,14 @@ def test_materials_of_points_are_told_apart():
     J = np.linalg.det(EYE + H)
     stress = []
     for m in material:
-        tau, *_ = laws.respond(
-            order[m], lam[m], MU, 1e9, 0.0, tuple(H.ravel()), J - 1, False, np.zeros((1, 6)), 0
+        law, constants = materials.law[m], materials.constants
+        tau, *_ = dispatch.respond(
+            law, constants, m, tuple(H.ravel()), J - 1, False, np.zeros((1, 6)), 0
         )
         stress.append(np.array(tau) / J)
     found = stress_across(materials, points_of(np.tile(H, (5, 1, 1)), np.array(stress), material))
-    volumetric = [laws.volumetric(law, k, J - 1)[1] for law, k in zip(order, lam, strict=True)]
+    volumetric = [
+        dispatch.volumetric(law, materials.constants, m, J - 1)[1]
+        for m, law in enumerate(materials.law)
+    ]
     np.testing.assert_allclose(found, np.array(volumetric)[material], rtol=1e-12)

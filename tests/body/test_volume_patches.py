@@ -15,7 +15,7 @@ from structured import rectangle
 from cfmpm.body.grid import Triangulation, build_grid
 from cfmpm.body.points import seed
 from cfmpm.body.volume_patches import build_patches
-from cfmpm.kernels import assembly, constitutive, finite, laws, patches
+from cfmpm.kernels import assembly, constitutive, finite, patches
 
 
 def scattered(n, seed):
@@ -124,9 +124,8 @@ def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, 
             len(indices),
             joined.nodes,
             grid.elements,
-            *shared,
-            np.array([laws.HENCKY]),
-            np.array([[lam, mu, 0.0, 0.0]]),
+            *shared[:3],
+            np.full(len(joined.nodes), lam),
             np.zeros((len(points), 2, 2)),
             joined.of_triangle[points.element],
         )

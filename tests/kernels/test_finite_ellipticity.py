@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
-from test_laws import ELASTIC, EYE, LAM, MU, nominal, respond, tangent
+from test_laws import ELASTIC, EYE, LAM, MU, nominal, respond, tangent, volumetric
 
-from cfmpm.kernels import acoustic, laws
+from cfmpm.kernels import acoustic
+from cfmpm.kernels.laws import dispatch
 
 ALONE = np.zeros(0, np.int64)
 NU = LAM / (2 * (LAM + MU))
@@ -21,7 +22,7 @@ def ellipticity(law, F, history=None, patch=ALONE, parameters=(LAM, MU, 300.0, 1
     return acoustic.ellipticity(
         np.ones(n),
         np.zeros(n, np.int64),
-        np.array([law]),
+        np.array([dispatch.NUMBERS[law]]),
         np.array([parameters]),
         np.zeros((n, 6)) if history is None else history,
         F - EYE,
@@ -36,14 +37,14 @@ def by_search(A, mu=MU):
     return np.linalg.eigvalsh(np.einsum("iJkL,Jn,Ln->nik", A, N, N)).min() / mu
 
 
-@pytest.mark.parametrize("law", [*ELASTIC, laws.J2])
+@pytest.mark.parametrize("law", [*ELASTIC, "j2"])
 def test_without_strain_it_is_one(law):
     np.testing.assert_allclose(ellipticity(law, EYE), 1.0, rtol=1e-14)
 
 
 @settings(max_examples=100)
 @given(
-    law=st.sampled_from([*ELASTIC, laws.J2]),
+    law=st.sampled_from([*ELASTIC, "j2"]),
     seed=st.integers(0, 10**6),
     size=st.sampled_from([1e-9, 1e-3, 0.1, 0.6, 3.0]),
 )
@@ -90,7 +91,7 @@ def test_equibiaxial_limit_of_hencky():
         expected = min(along, MU) / stretch**2 / MU
         across = 1.0 / stretch**2
         np.testing.assert_allclose(
-            ellipticity(laws.HENCKY, stretch * EYE), min(expected, across), atol=1e-14
+            ellipticity("hencky", stretch * EYE), min(expected, across), atol=1e-14
         )
 
 
@@ -106,12 +107,12 @@ def free_side(law, stretch):
 def test_uniaxial_limit_of_hencky():
     """nu = 0.3: between the two stretches an oblique direction is lost, by search as well."""
     for stretch, lost in ((3.0, False), (3.09, False), (3.11, True), (3.3, True)):
-        F = free_side(laws.HENCKY, stretch)
-        assert (by_search(tangent(laws.HENCKY, F - EYE)) < 0) == lost
-        assert (ellipticity(laws.HENCKY, F)[0] < 0) == lost
+        F = free_side("hencky", stretch)
+        assert (by_search(tangent("hencky", F - EYE)) < 0) == lost
+        assert (ellipticity("hencky", F)[0] < 0) == lost
 
 
-@pytest.mark.parametrize("law", [laws.NEO_HOOKEAN, laws.CIARLET])
+@pytest.mark.parametrize("law", ["neo_hookean", "ciarlet"])
 def test_neo_hookean_keeps_it(law):
     for stretch in np.linspace(1.0, 5.0, 17):
         for F in (stretch * EYE, free_side(law, stretch), np.diag([stretch, 1 / stretch])):
@@ -121,9 +122,9 @@ def test_neo_hookean_keeps_it(law):
 def test_only_ciarlet_keeps_it_near_incompressibility():
     """(ln J)^2 is concave beyond J = e, where a small mu no longer makes up for it."""
     nearly = (100 * MU, MU, 0.0, 0.0)
-    assert ellipticity(laws.NEO_HOOKEAN, 3.0 * EYE, parameters=nearly)[0] < 0
+    assert ellipticity("neo_hookean", 3.0 * EYE, parameters=nearly)[0] < 0
     for stretch in (3.0, 30.0):
-        assert ellipticity(laws.CIARLET, stretch * EYE, parameters=nearly)[0] > 0
+        assert ellipticity("ciarlet", stretch * EYE, parameters=nearly)[0] > 0
 
 
 def test_an_inverted_point_has_lost_it():
@@ -135,10 +136,10 @@ def test_an_inverted_point_has_lost_it():
 def test_yielding_lowers_it():
     """Perfectly plastic flow has next to no shear stiffness along its direction."""
     F = np.diag([1.02, 1 / 1.02])
-    _, _, _, state = respond(laws.J2, F - EYE, history=np.zeros((1, 6)))
+    _, _, _, state = respond("j2", F - EYE, history=np.zeros((1, 6)))
     assert state[4] > 0
-    assert ellipticity(laws.J2, F, parameters=(LAM, MU, 300.0, 0.0))[0] < 0.02
-    assert ellipticity(laws.HENCKY, F)[0] > 0.9
+    assert ellipticity("j2", F, parameters=(LAM, MU, 300.0, 0.0))[0] < 0.02
+    assert ellipticity("hencky", F)[0] > 0.9
 
 
 @pytest.mark.parametrize("law", ELASTIC)
@@ -146,7 +147,7 @@ def test_with_patches_the_pressure_is_that_of_the_mean(law):
     F = np.array([1.8 * EYE, np.diag([1.5, 0.9])])
     J = np.linalg.det(F)
     mean = J.mean() - 1.0
-    bulk = laws.volumetric(law, LAM, mean)[2]
+    bulk = volumetric(law, mean)[2]
     expected = []
     for f, j in zip(F, J, strict=True):
         G = np.linalg.inv(f)

@@ -9,11 +9,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm_frechet
 
-from cfmpm.kernels import constitutive, laws
+from cfmpm.kernels import constitutive
+from cfmpm.kernels.laws import dispatch
+from cfmpm.kernels.laws.tensors import log_defect
+from cfmpm.registry.laws import LAWS
 
 LAM, MU = 1.2e5, 8e4
-ELASTIC = [laws.HENCKY, laws.NEO_HOOKEAN, laws.CIARLET]
+# All that need no constants besides Hooke's.
+ELASTIC = [word for word, law in LAWS.items() if not law.constants]
 VOIGT = np.array([[0, 2], [2, 1]])
+# Volumetric energies over lambda, from the papers.
+U = {
+    "hencky": lambda J: 0.5 * np.log(J) ** 2,
+    "j2": lambda J: 0.5 * np.log(J) ** 2,
+    "neo_hookean": lambda J: 0.5 * np.log(J) ** 2,
+    "ciarlet": lambda J: 0.25 * (J * J - 1) - 0.5 * np.log(J),
+}
 NO_HISTORY = np.zeros((1, 0))
 EYE = np.eye(2)
 
@@ -28,12 +39,17 @@ def respond(law, H, *, mean=None, lam=LAM, mu=MU, plastic=(300.0, 1e3), history=
     H = np.asarray(H, float)
     y = H[0, 0] + H[1, 1] + (H[0, 0] * H[1, 1] - H[0, 1] * H[1, 0])
     at, patched = (y, False) if mean is None else (mean, True)
-    tau, energy, c, state = laws.respond(
-        law, lam, mu, *plastic, tuple(H.ravel()), at, patched, history, 0
+    constants = np.array([[lam, mu, *plastic]])
+    tau, energy, c, state = dispatch.respond(
+        dispatch.NUMBERS[law], constants, 0, tuple(H.ravel()), at, patched, history, 0
     )
     c = np.array([[c[0], c[2], c[3]], [c[2], c[1], c[4]], [c[3], c[4], c[5]]])
     c = c[VOIGT[:, :, None, None], VOIGT[None, None]]
     return np.array(tau)[VOIGT], energy, c, np.array(state)
+
+
+def volumetric(law, y):
+    return dispatch.volumetric(dispatch.NUMBERS[law], np.array([[LAM, MU, 0.0, 0.0]]), 0, y)
 
 
 def nominal(law, H, **options):
@@ -117,7 +133,7 @@ def test_hencky_is_the_papers_tangent_with_misprints_put_right():
         sigma = np.einsum("ijkl,kl->ij", D, log_b) / (2 * J)
         a = np.einsum("ijmn,mnpq,pqkl->ijkl", D, L, B) / (2 * J)
         a -= np.einsum("il,jk->ijkl", sigma, EYE)
-        tau, energy, c, _ = respond(laws.HENCKY, F - EYE)
+        tau, energy, c, _ = respond("hencky", F - EYE)
         ours = (c + np.einsum("ik,jl->ijkl", EYE, tau)) / J
         np.testing.assert_allclose(tau / J, sigma, atol=1e-12 * abs(sigma).max())
         np.testing.assert_allclose(ours, a, atol=1e-12 * abs(a).max())
@@ -126,22 +142,17 @@ def test_hencky_is_the_papers_tangent_with_misprints_put_right():
         np.testing.assert_allclose(energy, reference, rtol=1e-12)
 
 
-@pytest.mark.parametrize("law", [laws.NEO_HOOKEAN, laws.CIARLET])
+@pytest.mark.parametrize("law", ["neo_hookean", "ciarlet"])
 def test_neo_hookean_energy(law):
     for H in GRADIENTS:
         J = np.linalg.det(EYE + H)
-        U = (
-            0.5 * np.log(J) ** 2
-            if law == laws.NEO_HOOKEAN
-            else 0.25 * (J * J - 1) - 0.5 * np.log(J)
-        )
-        reference = 0.5 * MU * (((EYE + H) ** 2).sum() - 2 - 2 * np.log(J)) + LAM * U
+        reference = 0.5 * MU * (((EYE + H) ** 2).sum() - 2 - 2 * np.log(J)) + LAM * U[law](J)
         np.testing.assert_allclose(respond(law, H)[1], reference, rtol=1e-11, atol=1e-9)
 
 
 @settings(max_examples=60)
 @given(
-    law=st.sampled_from([*ELASTIC, laws.J2]),
+    law=st.sampled_from([*ELASTIC, "j2"]),
     angle=st.floats(-np.pi, np.pi),
     first=st.floats(0.3, 3.0),
     second=st.floats(0.3, 3.0),
@@ -166,7 +177,7 @@ def test_frame_indifferent_and_isotropic(law, angle, first, second, axis):
     np.testing.assert_allclose(same_energy, energy, atol=scale)
 
 
-@pytest.mark.parametrize("law", [*ELASTIC, laws.J2])
+@pytest.mark.parametrize("law", [*ELASTIC, "j2"])
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-13, 1e-10, 1e-8, 1e-6])
 def test_small_strain_is_linear_elasticity(law, size):
     """Nothing is lost however small the strain: what is left over is of the next order."""
@@ -201,22 +212,20 @@ def test_log_defect(y):
         reference = x * x * sum((-x) ** k / np.longdouble(k + 2) for k in range(8))
     # At most 20 times as large as what is left, at y = 0.1, is the logarithm that is taken away; it
     # is rounded to one unit.
-    np.testing.assert_allclose(laws.log_defect(y), float(reference), rtol=2 * 20 * round_off.EPS)
+    np.testing.assert_allclose(log_defect(y), float(reference), rtol=2 * 20 * round_off.EPS)
 
 
 def test_volumetric_laws_and_their_derivatives():
-    for law in (*ELASTIC, laws.J2):
+    for law in (*ELASTIC, "j2"):
         for y in (-0.9, -0.3, 0.0, 1e-9, 0.5, 20.0):
             J, h = 1.0 + y, 1e-4 * (1.0 + y)
-            values = [np.array(laws.volumetric(law, LAM, y + k * h)) for k in (-2, -1, 0, 1, 2)]
+            values = [np.array(volumetric(law, y + k * h)) for k in (-2, -1, 0, 1, 2)]
             slope = (8 * (values[3] - values[1]) - (values[4] - values[0])) / (12 * h)
             np.testing.assert_allclose(values[2][1:], slope[:2], rtol=1e-9, atol=1e-9 * LAM)
-            U = (
-                0.25 * (J * J - 1) - 0.5 * np.log(J)
-                if law == laws.CIARLET
-                else 0.5 * np.log(J) ** 2
-            )
-            np.testing.assert_allclose(values[2][0], LAM * U, rtol=1e-12, atol=1e-12 * LAM)
+            if law in U:
+                np.testing.assert_allclose(
+                    values[2][0], LAM * U[law](J), rtol=1e-12, atol=1e-12 * LAM
+                )
 
 
 def test_patch_energy_is_continued_linearly():
@@ -225,9 +234,5 @@ def test_patch_energy_is_continued_linearly():
         H = [0.1 * EYE, -0.05 * EYE]
         y = np.array([np.linalg.det(EYE + h) - 1 for h in H])
         patched = sum(respond(law, h, mean=y.mean())[1] for h in H)
-        own = sum(
-            respond(law, h)[1] - laws.volumetric(law, LAM, z)[0] for h, z in zip(H, y, strict=True)
-        )
-        np.testing.assert_allclose(
-            patched, own + 2 * laws.volumetric(law, LAM, y.mean())[0], rtol=1e-12
-        )
+        own = sum(respond(law, h)[1] - volumetric(law, z)[0] for h, z in zip(H, y, strict=True))
+        np.testing.assert_allclose(patched, own + 2 * volumetric(law, y.mean())[0], rtol=1e-12)

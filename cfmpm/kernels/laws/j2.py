@@ -1,0 +1,132 @@
+"""Hencky elasticity with von Mises' yield stress and linear isotropic hardening.
+
+b_e = F Cp^-1 F^T is that of the trial state. The return is radial in its logarithmic strain eps,
+with the exponential map for the plastic flow, and von Mises stress q: q - 3 mu dg =
+yield stress + hardening (alpha + dg) (Simo 1992; de Souza Neto, Peric and Owen 2008, section 14.4
+and box 7.3). Stored energy and plastic work together are a potential of the stress (Ortiz and
+Stainier 1999).
+"""
+
+from __future__ import annotations
+
+import math
+
+from cfmpm._jit import kernel
+from cfmpm.kernels.laws.hencky import volumetric
+from cfmpm.kernels.laws.tensors import principal, turned
+
+__all__ = ["HISTORY", "across", "response", "volumetric"]
+
+# Of Cp^-1 - I; the accumulated plastic strain alpha; its work per reference volume [MPa].
+HISTORY = ("cp_xx", "cp_yy", "cp_xy", "cp_zz", "plastic_strain", "plastic_work")
+
+
+@kernel
+def across(mu, y, tau):
+    """tr tau = 2 mu ln J, however plastic flow shares it out."""
+    return 2.0 * mu * math.log1p(y) - tau[0] - tau[1]
+
+
+@kernel
+def trial(H, y, history, p):
+    """Return b_e - I of the trial state, its determinant in the plane, and its strain across.
+
+    Returns
+    -------
+    exx, eyy, exy : float
+    area, log_area : float
+        Determinant of b_e in the plane, and half its logarithm.
+    eps_zz : float
+        Logarithmic.
+    """
+    hxx, hxy, hyx, hyy = H
+    fxx, fyy = 1.0 + hxx, 1.0 + hyy
+    J = 1.0 + y
+    gxx, gyy, gxy = history[p, 0], history[p, 1], history[p, 2]
+    # b_e - I = H + H^T + H H^T + F (Cp^-1 - I) F^T
+    exx = 2.0 * hxx + hxx * hxx + hxy * hxy
+    eyy = 2.0 * hyy + hyx * hyx + hyy * hyy
+    exy = hxy + hyx + hxx * hyx + hxy * hyy
+    exx += fxx * fxx * gxx + 2.0 * fxx * hxy * gxy + hxy * hxy * gyy
+    eyy += hyx * hyx * gxx + 2.0 * hyx * fyy * gxy + fyy * fyy * gyy
+    exy += fxx * hyx * gxx + (fxx * fyy + hxy * hyx) * gxy + hxy * fyy * gyy
+    growth = gxx + gyy + (gxx * gyy - gxy * gxy)
+    area = J * J * (1.0 + growth)
+    log_area = math.log1p(y) + 0.5 * math.log1p(growth)
+    return exx, eyy, exy, area, log_area, 0.5 * math.log1p(history[p, 3])
+
+
+@kernel
+def flowed(H, y, history, p, change, dg, work):
+    """Return the history after flow.
+
+    Parameters
+    ----------
+    H, y, history, p
+        As in `response`.
+    change : tuple of four floats
+        b_e - b_e trial xx, yy, xy, and the relative change of Cp^-1 across.
+    dg : float
+        Plastic strain gained.
+    work : float
+        Plastic work done [MPa].
+    """
+    hxx, hxy, hyx, hyy = H
+    fxx, fyy = 1.0 + hxx, 1.0 + hyy
+    bxx, byy, bxy, zz = change
+    JJ = (1.0 + y) * (1.0 + y)
+    # Cp^-1 changes by F^-1 (b_e - b_e trial) F^-T.
+    return (
+        history[p, 0] + (fyy * fyy * bxx - 2.0 * fyy * hxy * bxy + hxy * hxy * byy) / JJ,
+        history[p, 1] + (hyx * hyx * bxx - 2.0 * hyx * fxx * bxy + fxx * fxx * byy) / JJ,
+        history[p, 2] + ((fxx * fyy + hxy * hyx) * bxy - fyy * hyx * bxx - hxy * fxx * byy) / JJ,
+        history[p, 3] + (1.0 + history[p, 3]) * zz,
+        history[p, 4] + dg,
+        history[p, 5] + work,
+    )
+
+
+@kernel
+def response(mu, yield_stress, hardening, H, y, history, p):
+    """W_mu = mu eps : eps of the elastic strain, and what has flowed."""
+    exx, eyy, exy, area, log_area, eps_zz = trial(H, y, history, p)
+    b1, b2, x, log_x, cos2, sin2 = principal(exx, eyy, exy, area)
+    common = mu * log_area  # (beta_1 + beta_2) / 2
+    difference = 0.5 * mu * log_x  # (beta_1 - beta_2) / 2
+    energy = mu * (0.5 * log_area * log_area + 0.125 * log_x * log_x + eps_zz * eps_zz)
+    ratio = mu * (log_x / x if x > 0.0 else 1.0)  # s b_2
+    a11 = a22 = 2.0 * mu  # d beta_i / d eps_j
+    a12 = 0.0
+    alpha = history[p, 4]
+    state = (history[p, 0], history[p, 1], history[p, 2], history[p, 3], alpha, history[p, 5])
+    mean = (log_area + eps_zz) / 3.0
+    d1 = 0.5 * log_area + 0.25 * log_x - mean
+    d2 = 0.5 * log_area - 0.25 * log_x - mean
+    d3 = eps_zz - mean
+    square = d1 * d1 + d2 * d2 + d3 * d3
+    q = 2.0 * mu * math.sqrt(1.5 * square)
+    excess = q - yield_stress - hardening * alpha
+    if excess > 0.0:
+        dg = excess / (3.0 * mu + hardening)
+        lost = 3.0 * mu * dg / q
+        kept = 1.0 - lost
+        common = mu * (2.0 * mean + kept * (d1 + d2))
+        difference *= kept
+        ratio *= kept
+        energy = mu * (3.0 * mean * mean + kept * kept * square)
+        # Consistent tangent 2 mu kept I_d + 6 mu^2 (dg / q - 1 / (3 mu + H)) N N.
+        along = 6.0 * mu * mu * (dg / q - 1.0 / (3.0 * mu + hardening)) / square
+        both = 2.0 / 3.0 * mu * lost
+        a11 = 2.0 * mu * kept + both + along * d1 * d1
+        a22 = 2.0 * mu * kept + both + along * d2 * d2
+        a12 = both + along * d1 * d2
+        db1 = b1 * math.expm1(-2.0 * lost * d1)
+        db2 = b2 * math.expm1(-2.0 * lost * d2)
+        bm, bd = 0.5 * (db1 + db2), 0.5 * (db1 - db2)
+        change = (bm + bd * cos2, bm - bd * cos2, bd * sin2, math.expm1(-2.0 * lost * d3))
+        work = dg * (yield_stress + hardening * (alpha + 0.5 * dg))
+        state = flowed(H, y, history, p, change, dg, work)
+    beta_1, beta_2 = common + difference, common - difference
+    c = turned(a11 - 2.0 * beta_1, a22 - 2.0 * beta_2, a12, ratio - beta_2, cos2, sin2)
+    tau = (common + difference * cos2, common - difference * cos2, difference * sin2)
+    return tau, energy, c, state

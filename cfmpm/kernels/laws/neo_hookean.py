@@ -1,0 +1,27 @@
+"""Neo-Hookean elasticity: W = mu/2 (tr b - 2 - 2 ln J) + lambda/2 (ln J)^2.
+
+Simo and Pister 1984. Not polyconvex in general, as (ln J)^2 is not convex in J.
+"""
+
+from __future__ import annotations
+
+from cfmpm._jit import kernel
+from cfmpm.kernels.laws.hencky import volumetric
+from cfmpm.kernels.laws.tensors import log_defect
+
+__all__ = ["response", "volumetric"]
+
+
+@kernel
+def response(mu, H, y):
+    """W_mu = mu/2 (tr b - 2 - 2 ln J): tau = mu (b - I), of Hooke's tangent."""
+    hxx, hxy, hyx, hyy = H
+    # b - I = H + H^T + H H^T
+    tau = (
+        mu * (2.0 * hxx + hxx * hxx + hxy * hxy),
+        mu * (2.0 * hyy + hyx * hyx + hyy * hyy),
+        mu * (hxy + hyx + hxx * hyx + hxy * hyy),
+    )
+    # Sorted so that the terms of first order, which cancel, never appear.
+    energy = 0.5 * mu * ((hxx - hyy) ** 2 + (hxy + hyx) ** 2 + 2.0 * log_defect(y))
+    return tau, energy, (2.0 * mu, 2.0 * mu, 0.0, 0.0, 0.0, mu)
