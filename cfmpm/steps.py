@@ -91,7 +91,7 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
             balance.scale(factor),
             law=scene.fatigue,
             grown=body.grown.segments,
-            blind=body.blind_tips,
+            unresolved=body.unresolved_tips,
         )
     return State(
         body=seen[0],

@@ -95,7 +95,7 @@ class Body:
     motion: Motion | None = None
 
     @property
-    def blind_tips(self) -> set[str]:
+    def unresolved_tips(self) -> set[str]:
         """Tips whose domain cannot tell where they would turn to."""
         pairs = zip(self.grid.tips, self.tip_domains, strict=True)
         return {tip.name for tip, domain in pairs if not domain.steers}

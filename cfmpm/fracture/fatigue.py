@@ -21,7 +21,7 @@ class Progress:
         dK of each tip of the grid, by its name [MPa mm^0.5].
     rates : dict of str to float
         da/dN of these [mm/cycle]; zero at and below the threshold.
-    owed : dict of str to float
+    pending : dict of str to float
         What each has grown by Paris' law less what it has by segments of the grid [mm].
     leader : str
         The tip whose segment tells the number of cycles; empty where no tip advances.
@@ -32,7 +32,7 @@ class Progress:
     cycles: float
     ranges: dict[str, float]
     rates: dict[str, float]
-    owed: dict[str, float]
+    pending: dict[str, float]
     leader: str
     driving: dict[str, float]
 
@@ -80,7 +80,7 @@ def count(
     cycles : float
         So far. Those of the last segments are what the leader took for its own, with the mean of
         1 / (da/dN) over both its ends: the trapezoidal rule.
-    owed : dict of str to float
+    pending : dict of str to float
         See `Progress`. In the same cycles each tip has grown by its own mean rate.
     """
     if before is None:
@@ -90,22 +90,22 @@ def count(
     if grown:
         # Another tip may have run into the leader before it could.
         lead = before.leader if before.leader in grown else next(iter(grown))
-        spent = max(0.0, grown[lead] - before.owed.get(lead, 0.0)) / mean[lead]
-    owed = {
-        name: before.owed.get(name, 0.0) + rate * spent - grown.get(name, 0.0)
+        spent = max(0.0, grown[lead] - before.pending.get(lead, 0.0)) / mean[lead]
+    pending = {
+        name: before.pending.get(name, 0.0) + rate * spent - grown.get(name, 0.0)
         for name, rate in mean.items()
     }
-    return before.cycles + spent, owed
+    return before.cycles + spent, pending
 
 
-def due(
-    owed: Mapping[str, float], rates: Mapping[str, float], segments: Mapping[str, float]
+def select_tips(
+    pending: Mapping[str, float], rates: Mapping[str, float], segments: Mapping[str, float]
 ) -> tuple[str, list[str]]:
     """Find the tips that run next.
 
     Parameters
     ----------
-    owed, rates : mapping of str to float
+    pending, rates : mapping of str to float
         See `Progress`.
     segments : mapping of str to float
         Length of the grid at each tip [mm].
@@ -114,12 +114,12 @@ def due(
     -------
     leader : str
         The tip that is the first to owe a whole segment; empty where no tip advances.
-    due : list of str
+    chosen : list of str
         The leader, and all that will then owe half a segment or more: each place is the nearest
         to that of the law that the grid has.
     """
     cycles = {
-        name: max(0.0, segments[name] - owed.get(name, 0.0)) / rate
+        name: max(0.0, segments[name] - pending.get(name, 0.0)) / rate
         for name, rate in rates.items()
         if rate > 0.0
     }
@@ -130,7 +130,7 @@ def due(
     return leader, [
         name
         for name in cycles
-        if name == leader or owed.get(name, 0.0) + rates[name] * late >= 0.5 * segments[name]
+        if name == leader or pending.get(name, 0.0) + rates[name] * late >= 0.5 * segments[name]
     ]
 
 

@@ -65,7 +65,7 @@ def decide(
     *,
     law: Fatigue | None = None,
     grown: Mapping[str, float] | None = None,
-    blind: Collection[str] = (),
+    unresolved: Collection[str] = (),
 ) -> Decision:
     """Compare the tips with their toughness, or find how fast fatigue lets them advance.
 
@@ -88,7 +88,7 @@ def decide(
         Of control by fatigue.
     grown : mapping of str to float, optional
         Lengths of the segments just released, by the tips that ran [mm].
-    blind : collection of str
+    unresolved : collection of str
         Tips whose domain cannot tell a direction: these go straight on.
 
     Returns
@@ -102,26 +102,26 @@ def decide(
         return Decision(load_factor, {})
     if not grid.tips and law is None:
         return Decision(load_factor if growth.control == "load" else math.nan, {})
-    heading, shut = _headings(grid, values, growth, blind)
-    part = _part_of_toughness(grid, values, heading, shut, g_c, growth, scale)
+    heading, closed = _headings(grid, values, growth, unresolved)
+    ratio = _driving_ratio(grid, values, heading, closed, g_c, growth, scale)
     progress = None
     if law is not None:
-        progress, runs = _advance(grid, values, shut, part, last, law, grown or {})
+        progress, runs = _advance(grid, values, closed, ratio, last, law, grown or {})
     elif growth.control == "load":
-        runs = part >= 1.0
+        runs = ratio >= 1.0
     else:
-        largest = float(part.max())
+        largest = float(ratio.max())
         if last is not None and largest * last.load_factor**2 < RELIEVED:
             largest = 0.0
         load_factor = 1.0 / math.sqrt(largest) if largest > 0.0 else math.inf
-        runs = (part >= (1.0 - TIE) * largest) & (largest > 0.0)
+        runs = (ratio >= (1.0 - TIE) * largest) & (largest > 0.0)
     if growth.tips == "largest":
-        runs &= part == part.max()
+        runs &= ratio == ratio.max()
     tangents = {
         tip.name: heading[tip.name] for tip, run in zip(grid.tips, runs, strict=True) if run
     }
     known = {} if last is None else last.tangents
-    before = {name: known[name] for name in known if growth.order == 2 and name not in blind}
+    before = {name: known[name] for name in known if growth.order == 2 and name not in unresolved}
     running = {
         name: secant(before[name], tangent) if name in before else tangent
         for name, tangent in tangents.items()
@@ -130,36 +130,36 @@ def decide(
 
 
 def _headings(
-    grid: Grid, values: Mapping[str, Any], growth: Growth, blind: Collection[str]
+    grid: Grid, values: Mapping[str, Any], growth: Growth, unresolved: Collection[str]
 ) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
     """Find where each tip would run, by its name, and which have no direction to run in, (tip,).
 
     Such a tip is closed, or the criterion has no answer; it is taken to point straight on.
     Finite deformation knows no K; there, faces that press on each other leave J what shear makes.
     """
-    shut = np.zeros(len(grid.tips), bool)
+    closed = np.zeros(len(grid.tips), bool)
     if "K_I" in values:
-        shut |= is_closed(np.asarray(values["K_I"]), np.asarray(values["K_II"]))
+        closed |= is_closed(np.asarray(values["K_I"]), np.asarray(values["K_II"]))
     criterion = direction_by(growth.direction)
     heading = {}
     for i, tip in enumerate(grid.tips):
         heading[tip.name] = tip.tangent
-        if tip.name not in blind and not shut[i]:
+        if tip.name not in unresolved and not closed[i]:
             ahead = criterion.heading(_of_tip(values, i), tip.tangent)
-            shut[i] = np.isnan(ahead).any()
-            heading[tip.name] = tip.tangent if shut[i] else ahead
-    return heading, shut
+            closed[i] = np.isnan(ahead).any()
+            heading[tip.name] = tip.tangent if closed[i] else ahead
+    return heading, closed
 
 
 def _of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
     return {name: value[i] for name, value in values.items()}
 
 
-def _part_of_toughness(
+def _driving_ratio(
     grid: Grid,
     values: Mapping[str, Any],
     heading: Mapping[str, Floats],
-    shut: NDArray[np.bool_],
+    closed: NDArray[np.bool_],
     g_c: Floats,
     growth: Growth,
     scale: float,
@@ -175,14 +175,14 @@ def _part_of_toughness(
     weakest = np.array([toughness[regions].min() for regions in ahead])
     criterion = driving_force_by(growth.criterion)
     driving = np.array([criterion(_of_tip(values, i)) for i in range(len(grid.tips))])
-    return np.where(shut, 0.0, scale**2 * driving) / weakest
+    return np.where(closed, 0.0, scale**2 * driving) / weakest
 
 
 def _advance(
     grid: Grid,
     values: Mapping[str, Any],
-    shut: NDArray[np.bool_],
-    part: Floats,
+    closed: NDArray[np.bool_],
+    ratio: Floats,
     last: Decision | None,
     law: Fatigue,
     grown: Mapping[str, float],
@@ -196,16 +196,16 @@ def _advance(
         if math.isnan(k_1):  # on the border of two materials: as it came there
             spans.append(known.get(name, 0.0))
         else:
-            spans.append(0.0 if shut[i] else fatigue.stress_range(law, k_1, k_2))
+            spans.append(0.0 if closed[i] else fatigue.stress_range(law, k_1, k_2))
     ranges = dict(zip(names, spans, strict=True))
     rates = {name: fatigue.growth_rate(law, span) for name, span in ranges.items()}
-    cycles, owed = fatigue.count(None if last is None else last.progress, grown, rates)
-    leader, due = fatigue.due(owed, rates, {tip.name: tip.h for tip in grid.tips})
-    driving = dict(zip(names, map(float, part), strict=True))
+    cycles, pending = fatigue.count(None if last is None else last.progress, grown, rates)
+    leader, chosen = fatigue.select_tips(pending, rates, {tip.name: tip.h for tip in grid.tips})
+    driving = dict(zip(names, map(float, ratio), strict=True))
     if any(value >= 1.0 for value in driving.values()):
-        leader, due = "", []
-    progress = Progress(cycles, ranges, rates, owed, leader, driving)
-    return progress, np.array([name in due for name in names], bool)
+        leader, chosen = "", []
+    progress = Progress(cycles, ranges, rates, pending, leader, driving)
+    return progress, np.array([name in chosen for name in names], bool)
 
 
 def check_end(
@@ -271,14 +271,14 @@ def _check_fracture(
 ) -> None:
     """End a run in which a tip has reached its toughness under fatigue."""
     tip = max(tips, key=lambda tip: np.nan_to_num(now.driving[tip.name]))
-    part = now.driving[tip.name]
-    if not part >= 1.0:
+    ratio = now.driving[tip.name]
+    if not ratio >= 1.0:
         return
     length = float(np.hypot(*np.diff(tip.path, axis=0).T).sum())
     cycles, text = now.cycles, f"fractured: {tip.name} reaches g_c in the first cycle"
     if before is not None:
         # Between the last two steps, by a straight line.
-        rest = (part - 1.0) / (part - before.driving[tip.name])
+        rest = (ratio - 1.0) / (ratio - before.driving[tip.name])
         length -= rest * (grown or {}).get(tip.name, 0.0)
         cycles -= rest * (now.cycles - before.cycles)
         text = (

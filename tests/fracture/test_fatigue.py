@@ -20,8 +20,8 @@ from cfmpm.scene.growth import Fatigue
 C, M = 1e-12, 3.0
 
 
-def progress(rates, owed=None, leader="a", cycles=0.0):
-    return Progress(cycles, {}, rates, owed or {}, leader, {})
+def progress(rates, pending=None, leader="a", cycles=0.0):
+    return Progress(cycles, {}, rates, pending or {}, leader, {})
 
 
 def test_range_of_a_cycle():
@@ -42,10 +42,10 @@ def test_exact_where_the_inverse_rate_is_linear_in_the_length():
     rates = 1e-6 / (3.0 - length)
     cycles = 0.0
     for grown, start, end in zip(np.diff(length), rates, rates[1:], strict=False):
-        cycles, owed = fatigue.count(
+        cycles, pending = fatigue.count(
             progress({"a": start}, cycles=cycles), {"a": grown}, {"a": end}
         )
-        assert owed["a"] == pytest.approx(0.0, abs=1e-15)
+        assert pending["a"] == pytest.approx(0.0, abs=1e-15)
     assert cycles == pytest.approx(1e6 * (3 * 2.0 - 2.0**2 / 2), rel=1e-13)
 
 
@@ -56,9 +56,9 @@ def test_on_arrival_the_last_rate_counts():
 
 def test_who_is_due():
     rates, segments = {"a": 1.0, "b": 0.6, "c": 0.3, "d": 0.0}, dict.fromkeys("abcd", 2.0)
-    assert fatigue.due({}, rates, segments) == ("a", ["a", "b"])
-    assert fatigue.due({"c": 1.9}, rates, segments) == ("c", ["c"])
-    assert fatigue.due({}, {"d": 0.0}, segments) == ("", [])
+    assert fatigue.select_tips({}, rates, segments) == ("a", ["a", "b"])
+    assert fatigue.select_tips({"c": 1.9}, rates, segments) == ("c", ["c"])
+    assert fatigue.select_tips({}, {"d": 0.0}, segments) == ("", [])
 
 
 @settings(max_examples=50)
@@ -72,17 +72,17 @@ def test_all_tips_keep_to_the_law_within_a_segment(rates, lengths):
     rate = dict(zip(names, rates, strict=True))
     grown = dict.fromkeys(names, 0.0)
     state, given_lengths = progress(rate, leader=""), iter(lengths)
-    cycles, owed = 0.0, {}
+    cycles, pending = 0.0, {}
     for _ in range(15):
-        leader, due = fatigue.due(owed, rate, dict.fromkeys(names, 1.0))
-        state = progress(rate, owed, leader, cycles)
-        segments = {name: next(given_lengths) for name in due}
-        cycles, owed = fatigue.count(state, segments, rate)
+        leader, chosen = fatigue.select_tips(pending, rate, dict.fromkeys(names, 1.0))
+        state = progress(rate, pending, leader, cycles)
+        segments = {name: next(given_lengths) for name in chosen}
+        cycles, pending = fatigue.count(state, segments, rate)
         for name, length in segments.items():
             grown[name] += length
     for name in names:
-        assert rate[name] * cycles == pytest.approx(grown[name] + owed[name], rel=1e-12)
-        assert abs(owed[name]) <= 1.4
+        assert rate[name] * cycles == pytest.approx(grown[name] + pending[name], rel=1e-12)
+        assert abs(pending[name]) <= 1.4
 
 
 WIDTH, HEIGHT, TENSION, G_C, E, NU = 50.0, 300.0, 100.0, 20.0, 210e3, 0.3

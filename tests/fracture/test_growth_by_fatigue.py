@@ -63,11 +63,11 @@ class TestDecisions:
     def test_on_a_border_the_range_with_which_it_came_goes_on(self) -> None:
         """There is no K where two materials meet."""
         last = progress(ranges={START: 1.0, END: 2.0})
-        found = decide(values((1.0, np.nan), (0.0, np.nan)), last, blind={END})
+        found = decide(values((1.0, np.nan), (0.0, np.nan)), last, unresolved={END})
         assert found.progress is not None
         assert found.progress.ranges == {START: 1.0, END: 2.0}
         assert set(found.running) == {END}
-        new = decide(values((1.0, np.nan), (0.0, np.nan)), blind={END})
+        new = decide(values((1.0, np.nan), (0.0, np.nan)), unresolved={END})
         assert new.progress is not None
         assert new.progress.ranges[END] == 0.0
 
@@ -88,7 +88,7 @@ class TestDecisions:
         found = decide(values((2.0, 1.0)), progress(), grown={START: 0.2})
         assert found.progress is not None
         assert found.progress.cycles == pytest.approx(100.0 + 0.2 * 625.0)
-        assert found.progress.owed == pytest.approx({START: 0.0, END: 1e-3 * 125.0})
+        assert found.progress.pending == pytest.approx({START: 0.0, END: 1e-3 * 125.0})
 
 
 class TestFracture:
@@ -132,8 +132,8 @@ def tip(name: str) -> CrackTip:
 
 
 def test_the_segments_that_are_due_are_those_of_the_grid_at_each_tip() -> None:
-    """With less than a segment owed the tip that is ahead of the law waits."""
-    last = progress(owed={START: -3.0 * tip(START).h})
+    """With less than a segment pending the tip that is ahead of the law waits."""
+    last = progress(pending={START: -3.0 * tip(START).h})
     found = decide(values((1.0, 1.0)), last, grown={})
     assert set(found.running) == {END}
 
@@ -145,39 +145,39 @@ class TestCount:
         return replace(Progress(10.0, {}, SLOW, {}, "a", {}), **changes)
 
     def test_what_the_leader_owed_has_been_paid_before(self) -> None:
-        cycles, owed = fatigue.count(self.at(owed={"a": 0.05}), {"a": 0.2}, SLOW)
+        cycles, pending = fatigue.count(self.at(pending={"a": 0.05}), {"a": 0.2}, SLOW)
         assert cycles == pytest.approx(10.0 + 0.15 / 1e-3)
-        assert owed == pytest.approx({"a": 0.0, "b": 0.15 / 1e-3 * 5e-4})
+        assert pending == pytest.approx({"a": 0.0, "b": 0.15 / 1e-3 * 5e-4})
 
     def test_a_segment_shorter_than_what_was_owed_takes_no_cycles_back(self) -> None:
-        cycles, owed = fatigue.count(self.at(owed={"a": 0.3}), {"a": 0.2}, SLOW)
+        cycles, pending = fatigue.count(self.at(pending={"a": 0.3}), {"a": 0.2}, SLOW)
         assert cycles == 10.0
-        assert owed == pytest.approx({"a": 0.1, "b": 0.0})
+        assert pending == pytest.approx({"a": 0.1, "b": 0.0})
 
     def test_where_the_leader_was_run_into_the_first_that_ran_tells(self) -> None:
         cycles, _ = fatigue.count(self.at(), {"b": 0.2}, SLOW)
         assert cycles == pytest.approx(10.0 + 0.2 / 5e-4)
 
     def test_the_leader_tells_whatever_else_ran(self) -> None:
-        cycles, owed = fatigue.count(self.at(), {"b": 0.2, "a": 0.2}, SLOW)
+        cycles, pending = fatigue.count(self.at(), {"b": 0.2, "a": 0.2}, SLOW)
         assert cycles == pytest.approx(10.0 + 0.2 / 1e-3)
-        assert owed == pytest.approx({"a": 0.0, "b": -0.1})
+        assert pending == pytest.approx({"a": 0.0, "b": -0.1})
 
     def test_a_tip_that_arrests_had_half_its_rate(self) -> None:
-        cycles, owed = fatigue.count(self.at(), {"a": 0.2}, {"a": 0.0, "b": 0.0})
+        cycles, pending = fatigue.count(self.at(), {"a": 0.2}, {"a": 0.0, "b": 0.0})
         assert cycles == pytest.approx(10.0 + 0.2 / 5e-4)
-        assert owed == pytest.approx({"a": 0.0, "b": 0.1})
+        assert pending == pytest.approx({"a": 0.0, "b": 0.1})
 
 
 class TestDue:
-    @pytest.mark.parametrize(("owed", "both"), [(-0.01, False), (0.0, True), (0.01, True)])
-    def test_half_a_segment_is_near_enough(self, owed: float, both: bool) -> None:
+    @pytest.mark.parametrize(("pending", "both"), [(-0.01, False), (0.0, True), (0.01, True)])
+    def test_half_a_segment_is_near_enough(self, pending: float, both: bool) -> None:
         """When the leader has its segment of 2 mm the other one has 1 mm and what it owes."""
-        leader, names = fatigue.due({"b": owed}, FAST, {"a": 2.0, "b": 2.0})
+        leader, names = fatigue.select_tips({"b": pending}, FAST, {"a": 2.0, "b": 2.0})
         assert leader == "a"
         assert names == (["a", "b"] if both else ["a"])
 
     def test_what_is_overdue_is_due_at_once(self) -> None:
         """And not sooner: the others have not got further because of it."""
-        leader, names = fatigue.due({"a": 4.0, "b": 1.1}, FAST, {"a": 2.0, "b": 2.0})
+        leader, names = fatigue.select_tips({"a": 4.0, "b": 1.1}, FAST, {"a": 2.0, "b": 2.0})
         assert (leader, names) == ("a", ["a", "b"])

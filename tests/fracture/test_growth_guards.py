@@ -179,11 +179,11 @@ class TestSecondOrder:
 
     def test_a_tip_whose_domain_tells_no_direction_goes_straight_on(self) -> None:
         """Neither its force nor how it bent before turns it."""
-        found = self.run(2, blind={END})
+        found = self.run(2, unresolved={END})
         np.testing.assert_allclose(found.running[END], to(0.0), atol=1e-15)
         last = Decision(1.0, {}, {END: to(-8.0)})
         config = Growth(order=2, direction="cf", criterion="cf_norm")
-        bent = growth.decide(GRID, values([0.5, 2.0]), [1.0], config, last, blind={END})
+        bent = growth.decide(GRID, values([0.5, 2.0]), [1.0], config, last, unresolved={END})
         np.testing.assert_allclose(bent.running[END], to(0.0), atol=1e-15)
 
 
