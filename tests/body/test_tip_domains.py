@@ -7,7 +7,7 @@ import pytest
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
-from cfmpm.body.tip_domains import choose_domains
+from cfmpm.body.tip_domains import Domains, choose_domains, sharp_bend
 from cfmpm.errors import SceneError
 
 
@@ -105,3 +105,126 @@ def test_a_tip_on_the_border_of_another_material_is_refused_unless_it_runs(grid)
     with pytest.raises(SceneError, match="border of another material"):
         choose_domains(halves, tip, 3)
     assert choose_domains(halves, tip, 3, growing=True).clearance == pytest.approx(4.0)
+
+
+def turned(angle):
+    """Unit vector at an angle [deg]."""
+    return np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+
+
+def with_path(tip, *ways):
+    """The tip of another crack line, along these ways from the tip on."""
+    path = tip.path[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(ways, axis=0)])
+    return replace(tip, path=path)
+
+
+@pytest.mark.parametrize(
+    ("h", "largest"),
+    [
+        (0.1, 2.0),  # 20 elements
+        (0.049, 1.0),  # of a graded grid a quarter of the clearance of 4 mm
+        (0.2, 3.6),  # at most 0.9 of that
+    ],
+)
+def test_radii_of_a_tip_at_rest_reach_over_twenty_elements(grid, h, largest):
+    (tip,) = grid.tips
+    domains = choose_domains(grid, replace(tip, h=h), 3)
+    assert domains.radii == pytest.approx([0.5 * largest, 0.75 * largest, largest])
+    assert domains.elements == pytest.approx(largest / h)
+    assert not domains.growing
+
+
+@pytest.mark.parametrize(("h", "largest"), [(0.1, 0.5), (0.01, 0.05), (0.8, 3.6)])
+def test_radii_of_a_running_tip_reach_over_five(grid, h, largest):
+    (tip,) = grid.tips
+    domains = choose_domains(grid, replace(tip, h=h), 2, growing=True)
+    assert domains.radii == pytest.approx([0.5 * largest, largest])
+    assert domains.growing
+
+
+def test_radii_that_just_fit_are_not_cut_back(grid):
+    (tip,) = grid.tips
+    largest = 0.9 * choose_domains(grid, tip, 1).clearance
+    for radius, cut in ((largest, False), (0.5 * largest, False), (1.001 * largest, True)):
+        domains = choose_domains(grid, tip, [0.1 * radius, radius])
+        assert domains.cut_back == cut
+        assert max(domains.radii) == pytest.approx(min(radius, largest))
+        assert domains.elements == pytest.approx(max(domains.radii) / tip.h)
+
+
+def test_a_running_tip_keeps_off_the_other_end_of_its_crack_and_not_off_its_bends():
+    triangulation = rectangle(20, 20, 10.0, 10.0, crack=(8, 6, 12))
+    inner = build_grid(triangulation, "T3")
+    for tip in inner.tips:
+        assert tip_clearance(inner, tip, growing=True) == pytest.approx(3.0)
+        bent = with_path(tip, 0.5 * turned(10.0), 2.0 * turned(40.0))
+        assert tip_clearance(inner, bent, growing=True) > 2.3
+
+
+@pytest.mark.parametrize(("apex", "flank"), [(58.0, True), (62.0, False)])
+def test_what_is_twice_as_far_by_the_crack_as_straight_across_is_a_flank(grid, apex, flank):
+    """Two ways of 1 mm with an angle between them: 1 / sin(angle / 2) as far by the crack."""
+    (tip,) = grid.tips
+    back = turned(180.0 + apex)
+    end = turned(0.0) + back
+    bent = with_path(tip, turned(0.0), back, 4.0 * end / np.hypot(*end))
+    found = tip_clearance(grid, bent, growing=True)
+    assert found == pytest.approx(np.hypot(*end) if flank else 4.0)
+
+
+def test_a_point_of_a_load_limits_a_domain_but_for_the_tip_itself(grid):
+    (tip,) = grid.tips
+    assert tip_clearance(replace(grid, points={"tip": tip.node}), tip) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("way", "ahead"), [((1.0, 0.75), True), ((0.75, 1.0), False)])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_what_lies_within_45_degrees_is_ahead(grid, way, ahead, side):
+    """Points at 37 and at 53 degrees, 1.25 mm away; and behind nothing is."""
+    (tip,) = grid.tips
+    for along in (1.0, -1.0):
+        at = tip.path[0] + np.array(way) * [along, side]
+        node = int(np.flatnonzero(np.all(np.isclose(grid.nodes, at), axis=1))[0])
+        domains = choose_domains(replace(grid, points={"pin": node}), tip, 1, growing=True)
+        assert domains.clearance == pytest.approx(1.25)
+        assert domains.runs_at == (ahead and along > 0.0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_bend_by_more_than_twenty_degrees_is_sharp(grid, sign):
+    """To either side; the nearest one counts."""
+    (tip,) = grid.tips
+    for turn, distance in ((19.0, np.inf), (21.0, 1.2)):
+        path = with_path(
+            tip, 0.7 * turned(180.0), 0.5 * turned(180.0), 2.0 * turned(180.0 + sign * turn)
+        )
+        assert sharp_bend(path) == pytest.approx(distance)
+    twice = with_path(tip, turned(180.0), turned(180.0 + sign * 30.0), turned(180.0))
+    assert sharp_bend(twice) == pytest.approx(1.0)
+    assert choose_domains(grid, twice, 1, growing=True).since_bend == pytest.approx(1.0 / tip.h)
+
+
+@pytest.mark.parametrize(
+    ("of", "steers"),
+    [
+        ({"elements": 2.0, "runs_at": True}, True),
+        ({"elements": 1.99, "runs_at": True}, False),
+        ({"elements": 0.1, "runs_at": False}, True),
+        ({"since_bend": 2.0}, True),
+        ({"since_bend": 1.99}, False),
+        ({"on_border": True}, False),
+    ],
+)
+def test_which_domains_tell_a_direction(of, steers):
+    """Two elements are needed where it runs at something, and two since its last sharp bend."""
+    assert Domains((1.0,), 4.0, cut_back=False, growing=True, **of).steers == steers
+
+
+def test_a_running_tip_on_a_border_is_told(grid):
+    (tip,) = grid.tips
+    centres = grid.nodes[grid.triangles].mean(axis=1)
+    for x, on_border in ((5.0, True), (6.0, False)):
+        halves = replace(
+            grid, regions=(centres[:, 0] > x).astype(int), region_names=("body", "right")
+        )
+        assert choose_domains(halves, tip, 3, growing=True).on_border == on_border

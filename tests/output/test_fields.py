@@ -9,6 +9,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from growing_scene import growing
 from ugrid_rules import broken_rules
 
 from cfmpm.output.fields import build_fields, linear_faces, von_mises
@@ -197,6 +198,39 @@ def test_sigma_zz_of_finite_deformation(law: str, nu: float) -> None:
     in_plane = [fields[f"sigma_{name}"].values[0] for name in ("xx", "yy", "xy")]
     np.testing.assert_allclose(
         fields["von_mises"].values[0], von_mises(np.column_stack([*in_plane, expected])), rtol=1e-6
+    )
+
+
+@pytest.mark.parametrize("transfer", ["domains", "paper"])
+def test_a_grown_grid_carries_what_its_own_triangles_feel(transfer: str) -> None:
+    """Not what its points do, which growth leaves where they were."""
+    result = run(scene_from_dict(growing(transfer=transfer)))
+    grid, fields = result.grid, build_fields(result)
+    assert fields.sizes["face"] == len(grid.elements)
+    a, b, c = (grid.nodes[grid.elements[:, k]] for k in range(3))
+    slopes = np.stack([b - a, c - a], axis=1)
+    u_a, u_b, u_c = (result.displacement[grid.elements[:, k]] for k in range(3))
+    gradient = np.linalg.solve(slopes, np.stack([u_b - u_a, u_c - u_a], axis=1))
+    lam, mu = 210e3 * 0.3 / (1.3 * 0.4), 210e3 / 2.6
+    trace = gradient[:, 0, 0] + gradient[:, 1, 1]
+    expected = lam * trace + 2.0 * mu * gradient[:, 1, 1]
+    # Of the state at load factor one; the last step has another one.
+    factor = float(fields["load_factor"][0])
+    assert factor == float(result.history["load_factor"][-1]) != 1.0
+    np.testing.assert_allclose(
+        fields["sigma_yy"].values[0], factor * expected, rtol=0, atol=1e-9 * np.abs(expected).max()
+    )
+
+
+def test_fields_of_a_severed_body_are_those_of_its_last_balance() -> None:
+    result = run(scene_from_dict(growing(increments=200)))
+    history, fields = result.history, build_fields(result)
+    assert history.attrs["run_status"] == "severed"
+    assert np.isnan(history["load_factor"][-1])
+    assert fields["time"].values == history.sizes["step"] - 1
+    assert float(fields["load_factor"][0]) == float(history["load_factor"][-2])
+    assert float(fields["crack_length"][0]) == pytest.approx(
+        float(history["crack_length"][-2, 0]), rel=1e-12
     )
 
 

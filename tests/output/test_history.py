@@ -138,3 +138,29 @@ def test_angles_that_go_past_half_a_turn_are_not_far_apart(history):
         scene, [step], ENDING, tips=["tip"], radii=[1.0, 2.0, 3.0], boundaries=[], notes={}
     )
     assert float(built.cf_angle_spread[0, 0]) == 6.0
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "spread"),
+    [
+        ("cf_angle", [10.0, 110.0, 200.0], 190.0),
+        ("cf_angle", [-179.0, 179.0, -175.0], 6.0),
+        ("K_I", [100.0, 400.0, 800.0], 700.0),
+        ("T_stress", [-300.0, 300.0, 0.0], 600.0),
+    ],
+)
+def test_whole_turns_are_taken_off_angles_alone(history, name, values, spread):
+    """And off these whole turns only, not half ones."""
+    scene = scene_from_dict(json.loads(history.attrs["config"]))
+    step = StepRecord(1.0, {f"{name}_radius": np.array([values])}, {})
+    built = build_history(
+        scene, [step], ENDING, tips=["tip"], radii=[1.0, 2.0, 3.0], boundaries=[], notes={}
+    )
+    assert float(built[f"{name}_spread"][0, 0]) == pytest.approx(spread)
+
+
+def test_one_radius_has_no_spread(history):
+    scene = scene_from_dict(json.loads(history.attrs["config"]))
+    step = StepRecord(1.0, {"J_radius": np.array([[2.0]])}, {})
+    built = build_history(scene, [step], ENDING, tips=["a"], radii=[1.0], boundaries=[], notes={})
+    assert np.isnan(built.J_spread[0, 0])
