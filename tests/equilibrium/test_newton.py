@@ -429,3 +429,6 @@ def test_the_first_loss_of_ellipticity_is_dated():
     balance = run(PLATE, material=ideal, load_steps=[0.02]).balance
     assert balance.unstable_points > 0
     assert 0 < balance.unstable_from <= 0.02
+    later = run(PLATE, material=ideal, load_steps=[0.02, 0.04]).balance
+    assert later.unstable_points > 0
+    assert later.unstable_from == balance.unstable_from
