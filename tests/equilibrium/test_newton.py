@@ -56,6 +56,7 @@ def test_newton_is_quadratic():
         result = run(PLATE, mesh=mesh)
     assert result.balance.substeps == 1
     seen = np.array(result.balance.residuals)
+    assert result.balance.newton_iterations == len(seen) - 1
     # Above round-off the logarithm of each residual is twice that of the one before, and more.
     above = np.flatnonzero(seen[1:] > 1e-12)
     assert len(above) >= 2

@@ -105,6 +105,7 @@ def advance(monkeypatch: pytest.MonkeyPatch, body: Body, start: float, end: floa
         (Body(first=5.0), (0, 1), [1.0]),
         # A leap is not taken: half of it is, and what is left after that.
         (Body(first=1.0, leap=0.6), (0, 1), [1.0, 0.5, 1.0]),
+        (Body(first=0.9, leap=0.6), (0, 1), [1.0, 0.5, 1.0]),
     ],
 )
 def test_steps(

@@ -10,8 +10,10 @@ from structured import rectangle
 
 import cfmpm
 from cfmpm.body.grid import build_grid
+from cfmpm.body.materials import material_table
 from cfmpm.body.points import seed
 from cfmpm.fracture import cf
+from cfmpm.fracture.interaction import intensity_factors
 from cfmpm.kernels import eshelby
 from cfmpm.scene.reading import scene_from_dict
 
@@ -112,3 +114,20 @@ def test_body_force_enters_by_its_work_on_the_auxiliary_fields(element, density)
             expected[mode] -= points.volume[p] * q_here[p] * (b[0] * a11 + b[1] * a21)
     assert not integrals[1].any()
     np.testing.assert_allclose(integrals[0], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_a_rotation_of_the_body_has_no_factors(element):
+    """In slender bodies it is far larger than the strain: not even by quadrature may it count."""
+    grid = build_grid(rectangle(10, 10, 10.0, 10.0, shake=0.3, crack=(5, 0, 5)), element)
+    (tip,) = grid.tips
+    points = seed(grid)
+    points.displacement_gradient[:] = [[0.0, -0.1], [0.1, 0.0]]
+    material = material_table([{"E": 1000.0, "nu": 0.25}], "strain")
+    gradients = grid.basis_gradients(points.element, points.position)
+    for angle in (0.0, 1.9):
+        turned = replace(tip, tangent=np.array([np.cos(angle), np.sin(angle)]))
+        q = cf.ring_weight(grid, turned, 4.0)
+        found = intensity_factors(grid, points, gradients, material, turned, q, np.zeros(2))
+        # Of 100 N/mm^2 that it would be taken for.
+        assert abs(found.K_I) + abs(found.K_II) + abs(found.T_stress) < 1e-10
