@@ -1,18 +1,28 @@
-"""Scenes: the validated description of what is to be solved."""
+"""Scenes: the validated description of what is to be solved.
 
-from cfmpm.scene.document import parse_override
-from cfmpm.scene.families import expand
-from cfmpm.scene.geometry import body_polygon, snap, tip_points
-from cfmpm.scene.model import Scene
-from cfmpm.scene.reading import (
-    changed_keys,
-    config_hash,
-    effective_config,
-    load_scene,
-    placed,
-    scene_from_dict,
-    scene_from_document,
-)
+What is listed here is imported on first use: the models of a scene take in those of other
+packages, which may themselves be the first to import a part of this one.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cfmpm.scene.document import parse_override
+    from cfmpm.scene.families import expand
+    from cfmpm.scene.geometry import body_polygon, snap, tip_points
+    from cfmpm.scene.model import Scene
+    from cfmpm.scene.reading import (
+        changed_keys,
+        config_hash,
+        effective_config,
+        load_scene,
+        placed,
+        scene_from_dict,
+        scene_from_document,
+    )
 
 __all__ = [
     "Scene",
@@ -29,3 +39,20 @@ __all__ = [
     "snap",
     "tip_points",
 ]
+
+_HOME = {
+    "Scene": "cfmpm.scene.model",
+    "parse_override": "cfmpm.scene.document",
+    "expand": "cfmpm.scene.families",
+    **dict.fromkeys(("body_polygon", "snap", "tip_points"), "cfmpm.scene.geometry"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module 'cfmpm.scene' has no attribute {name!r}")
+    return getattr(import_module(_HOME.get(name, "cfmpm.scene.reading")), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,26 +1,14 @@
-"""Families of specimens as geometry and loads, and default names for everything."""
+"""A scene written out: specimens as geometry and loads, and default names for everything."""
 
 from __future__ import annotations
 
-import cmath
-import math
 import re
 from collections.abc import Iterable, Sequence
-from functools import singledispatch
 from typing import TypeVar
 
-from cfmpm.scene.body import Circle, Crack, Geometry, Hole, Vertex
-from cfmpm.scene.components import Components
+from cfmpm.scene.body import Crack, Geometry, Hole, Vertex
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
-from cfmpm.scene.specimens import (
-    CentreCrack,
-    CompactTension,
-    PlateWithHoles,
-    SingleEdge,
-    Specimen,
-    ThreePointBend,
-)
 
 Named = TypeVar("Named", Vertex, Hole, Crack, Load)
 
@@ -41,8 +29,7 @@ def expand(scene: Scene) -> Scene:
     """
     geometry, loads = scene.geometry, scene.loads
     if scene.family is not None:
-        geometry, family_loads = _specimen(scene.family)
-        loads = loads or family_loads
+        geometry, loads = scene.family.geometry(), loads or scene.family.loads()
     if geometry is not None:
         geometry = _named(geometry)
     load_names = _fill(
@@ -73,100 +60,6 @@ def key_as_written(scene: Scene, key: str) -> str:
     if key.startswith("geometry.cracks"):
         return "family.crack_length"
     return re.sub(r"^geometry.*", "family", key)
-
-
-@singledispatch
-def _specimen(family: Specimen) -> tuple[Geometry, list[Load]]:
-    raise TypeError(f"no geometry for the family {type(family).__name__}")
-
-
-@_specimen.register
-def _single_edge(family: SingleEdge) -> tuple[Geometry, list[Load]]:
-    y = family.height / 2 if family.crack_height is None else family.crack_height
-    crack = Crack(points=[(0, y), (family.crack_length, y)])
-    geometry = Geometry(outline=_rectangle(family.width, family.height), cracks=[crack])
-    return geometry, _tension(family.traction)
-
-
-@_specimen.register
-def _centre_crack(family: CentreCrack) -> tuple[Geometry, list[Load]]:
-    centre = complex(family.width, family.height) / 2
-    arm = cmath.rect(family.crack_length / 2, math.radians(family.crack_angle))
-    if abs(family.crack_angle) == 90:
-        arm = complex(0, arm.imag)  # the cosine of 90 degrees is not quite zero
-    ends = [(z.real, z.imag) for z in (centre - arm, centre + arm)]
-    geometry = Geometry(
-        outline=_rectangle(family.width, family.height), cracks=[Crack(points=ends)]
-    )
-    return geometry, _tension(family.traction)
-
-
-@_specimen.register
-def _compact_tension(family: CompactTension) -> tuple[Geometry, list[Load]]:
-    width = family.width
-    load_line, middle, diameter = 0.25 * width, 0.6 * width, 0.25 * width
-    pins = {"pin_top": 1, "pin_bottom": -1}
-    geometry = Geometry(
-        outline=_rectangle(1.25 * width, 2 * middle),
-        holes=[
-            Hole(
-                name=name,
-                circle=Circle(
-                    centre=(load_line, middle + side * 0.275 * width), radius=diameter / 2
-                ),
-            )
-            for name, side in pins.items()
-        ],
-        cracks=[Crack(points=[(0, middle), (load_line + family.crack_length, middle)])],
-    )
-    if family.force is None:
-        return geometry, []
-    # Spread evenly over the circumference: the resultant is the force, the moment zero.
-    pull = family.force / (math.pi * diameter)
-    return geometry, [Load(edge=name, traction=(0, side * pull)) for name, side in pins.items()]
-
-
-@_specimen.register
-def _three_point_bend(family: ThreePointBend) -> tuple[Geometry, list[Load]]:
-    middle = family.length / 2
-    x = middle + family.crack_offset
-    geometry = Geometry(
-        outline=_rectangle(family.length, family.height),
-        holes=[Hole(circle=circle) for circle in family.holes],
-        cracks=[Crack(points=[(x, 0), (x, family.crack_length)])],
-    )
-    if family.force is None:
-        return geometry, []
-    left, right = (middle - family.span / 2, 0), (middle + family.span / 2, 0)
-    return geometry, [
-        Load(name="support_left", point=left, displacement=Components(x=0, y=0)),
-        Load(name="support_right", point=right, displacement=Components(y=0)),
-        Load(name="force", point=(middle, family.height), force=(0, -family.force)),
-    ]
-
-
-@_specimen.register
-def _plate_with_holes(family: PlateWithHoles) -> tuple[Geometry, list[Load]]:
-    geometry = Geometry(
-        outline=_rectangle(family.width, family.height),
-        holes=[Hole(circle=circle) for circle in family.holes],
-        cracks=family.cracks,
-    )
-    return geometry, _tension(family.traction)
-
-
-def _rectangle(width: float, height: float) -> list[Vertex]:
-    corners = {"bottom": (0, 0), "right": (width, 0), "top": (width, height), "left": (0, height)}
-    return [Vertex(at=at, edge=edge) for edge, at in corners.items()]
-
-
-def _tension(traction: float | None) -> list[Load]:
-    if traction is None:
-        return []
-    return [
-        Load(edge="top", traction=(0, traction)),
-        Load(edge="bottom", traction=(0, -traction)),
-    ]
 
 
 def _named(geometry: Geometry) -> Geometry:

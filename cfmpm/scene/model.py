@@ -6,7 +6,7 @@ Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is r
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self, Union
 
 from pydantic import (
     AfterValidator,
@@ -16,6 +16,8 @@ from pydantic import (
     model_validator,
 )
 
+from cfmpm.registry.specimens import SPECIMENS
+from cfmpm.registry.table import load
 from cfmpm.scene.base import Model, list_or_count, refusal
 from cfmpm.scene.body import (
     Geometry,
@@ -31,9 +33,15 @@ from cfmpm.scene.quantities import (
     Name,
     Number,
 )
-from cfmpm.scene.specimens import (
-    Family,
-)
+from cfmpm.scene.specimens.specimen import Specimen
+
+if TYPE_CHECKING:
+    Family = Specimen
+else:
+    Family = Annotated[
+        Union[tuple(load(entry.place) for entry in SPECIMENS.values())],  # noqa: UP007
+        Field(discriminator="kind"),
+    ]
 
 
 def _one_after_the_other(factors: list[float]) -> list[float]:

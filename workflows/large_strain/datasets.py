@@ -16,7 +16,7 @@ from cfmpm.body.grid import Floats
 from cfmpm.output.files import write_dataset
 from cfmpm.scene import load_scene
 from cfmpm.scene.model import Scene
-from cfmpm.scene.specimens import SingleEdge
+from cfmpm.scene.specimens.single_edge import SingleEdge
 
 FEM = Path(__file__).parents[1] / "reference" / "large_strain_fem.csv"
 # Of the history, what the figure and its claims are made from.

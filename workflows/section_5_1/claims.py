@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from cfmpm.scene import load_scene
-from cfmpm.scene.specimens import SingleEdge
+from cfmpm.scene.specimens.single_edge import SingleEdge
 
 from workflows.reporting.claim_table import Claim, write_table
 

@@ -15,7 +15,7 @@ from cfmpm.body.grid import Floats
 from cfmpm.output.files import write_dataset
 from cfmpm.scene import effective_config
 from cfmpm.scene.model import Scene
-from cfmpm.scene.specimens import SingleEdge
+from cfmpm.scene.specimens.single_edge import SingleEdge
 from scipy.sparse.linalg import spsolve
 
 from workflows.configuration.scene_with_grid import scene_with

@@ -1,0 +1,1 @@
+"""Families of specimens, one file each; the words for them stand in `registry.specimens`."""

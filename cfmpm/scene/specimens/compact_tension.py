@@ -1,0 +1,63 @@
+"""Compact tension specimen."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from cfmpm.scene.base import refusal
+from cfmpm.scene.body import Circle, Crack, Geometry, Hole
+from cfmpm.scene.loads import Load
+from cfmpm.scene.quantities import Length, Number
+from cfmpm.scene.specimens.specimen import Specimen, rectangle
+
+# Pin holes, and which way each is pulled.
+PINS = {"pin_top": 1, "pin_bottom": -1}
+
+
+class CompactTension(Specimen):
+    """Compact tension specimen (ASTM E399 proportions); pin holes pin_top and pin_bottom."""
+
+    load_key: ClassVar[str] = "force"
+
+    kind: Literal["compact_tension"]
+    width: Length = Field(description="W, from the load line to the back face [mm]")
+    crack_length: Length = Field(description="a, from the load line [mm]")
+    force: Number | None = Field(None, description="pull on the pins per thickness [N/mm]")
+
+    @model_validator(mode="after")
+    def _crack_inside(self) -> Self:
+        if self.crack_length >= self.width:
+            raise refusal("crack_length", f"must be less than the width, {self.width:g}")
+        return self
+
+    def geometry(self) -> Geometry:
+        load_line, middle = 0.25 * self.width, 0.6 * self.width
+        return Geometry(
+            outline=rectangle(1.25 * self.width, 2 * middle),
+            holes=[
+                Hole(
+                    name=name,
+                    circle=Circle(
+                        centre=(load_line, middle + side * 0.275 * self.width),
+                        radius=self._diameter / 2,
+                    ),
+                )
+                for name, side in PINS.items()
+            ],
+            cracks=[Crack(points=[(0, middle), (load_line + self.crack_length, middle)])],
+        )
+
+    def loads(self) -> list[Load]:
+        if self.force is None:
+            return []
+        # Spread evenly over the circumference: the resultant is the force, the moment zero.
+        pull = self.force / (math.pi * self._diameter)
+        return [Load(edge=name, traction=(0, side * pull)) for name, side in PINS.items()]
+
+    @property
+    def _diameter(self) -> float:
+        """Of the pin holes [mm]."""
+        return 0.25 * self.width
