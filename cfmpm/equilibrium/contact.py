@@ -13,7 +13,7 @@ from cfmpm.body.crack_faces import FacePairs, Turning, face_pairs, turning_of
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.errors import SolveError
 from cfmpm.kernels.dense import cholesky_solve
-from cfmpm.linear.engines import NotPositiveDefiniteError
+from cfmpm.linear.engine import NotPositiveDefiniteError
 from cfmpm.linear.solvers import Factor, Solution
 
 # Overlap, relative to the largest displacement, below which faces only touch.

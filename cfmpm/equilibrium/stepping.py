@@ -12,7 +12,7 @@ from cfmpm.equilibrium.newton import (
     Problem,
 )
 from cfmpm.errors import SolveError
-from cfmpm.linear.engines import NotPositiveDefiniteError
+from cfmpm.linear.engine import NotPositiveDefiniteError
 
 # Iterations up to which the next step may be longer, and by how much.
 FEW_ITERATIONS, LONGER = 6, 1.5

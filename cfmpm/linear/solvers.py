@@ -3,16 +3,7 @@
 ``select(n)`` picks a solver; ``solver.factor(K)`` gives a `Factor`, which solves as often as
 wanted and takes new values on the old pattern by ``refactor(K)``. Every solver refuses a matrix
 that is singular or has a negative pivot: a mechanism or a loss of stability is never answered by
-numbers.
-
-======== ============================== =====================================================
-name     what                           needs
-======== ============================== =====================================================
-cholmod  supernodal L L^T               the extra ``fast`` (kvxopt, which bundles CHOLMOD; GPL)
-rslab    supernodal L D L^T             rslab (MIT)
-superlu  L U in symmetric mode          nothing beyond SciPy
-amg      smoothed aggregation with CG   nothing beyond PyAMG; least memory
-======== ============================== =====================================================
+numbers. The solvers and their words stand in `registry.solvers`.
 """
 
 from __future__ import annotations
@@ -26,24 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from cfmpm.errors import SolveError
-from cfmpm.linear.engines import (
-    Amg,
-    Cholmod,
-    Engine,
-    NotPositiveDefiniteError,
-    Rslab,
-    SuperLU,
-    first,
-    norm,
-)
+from cfmpm.linear.engine import Engine, NotPositiveDefiniteError, first, norm
+from cfmpm.registry.solvers import SOLVERS
+from cfmpm.registry.table import load
 
 Floats = NDArray[np.float64]
-
-SUPERLU_LIMIT = 200_000
-"""Unknowns up to which ``auto`` takes SuperLU where no fast direct solver is installed.
-
-Measured: as fast as the multigrid at 100 000, half as fast with 1.5 GB at 300 000.
-"""
 
 SINGULAR = 1e13
 """Growth of a probe vector beyond which a factored matrix counts as singular.
@@ -211,19 +189,10 @@ class LinearSolver:
         return Factor(self, K, modes)
 
 
-SOLVERS = {
-    "cholmod": LinearSolver("cholmod", Cholmod),
-    "rslab": LinearSolver("rslab", Rslab),
-    "superlu": LinearSolver("superlu", SuperLU),
-    "amg": LinearSolver("amg", Amg),
-}
-_PACKAGE = {"cholmod": "kvxopt", "rslab": "rslab"}
-
-
 def available(name: str) -> bool:
     """Return whether the package that a solver needs is installed."""
-    package = _PACKAGE.get(name)
-    return package is None or find_spec(package) is not None
+    package = SOLVERS[name].package
+    return not package or find_spec(package) is not None
 
 
 def select(n_unknowns: int, preference: str = "auto") -> LinearSolver:
@@ -233,9 +202,9 @@ def select(n_unknowns: int, preference: str = "auto") -> LinearSolver:
     ----------
     n_unknowns : int
         Size of the system.
-    preference : {"auto", "cholmod", "rslab", "superlu", "amg"}
-        ``auto`` takes the fastest installed direct solver; without CHOLMOD and rslab, SuperLU up
-        to `SUPERLU_LIMIT` unknowns and the multigrid beyond, where SuperLU's memory hurts.
+    preference : str
+        A word of `registry.solvers`, or ``auto``: the first of those whose package is installed
+        and that is good for so many unknowns.
 
     Returns
     -------
@@ -247,16 +216,20 @@ def select(n_unknowns: int, preference: str = "auto") -> LinearSolver:
         Where the preferred solver is not installed.
     """
     if preference == "auto":
-        name = next((name for name in _PACKAGE if available(name)), None)
-        return SOLVERS[name or ("superlu" if n_unknowns <= SUPERLU_LIMIT else "amg")]
+        preference = next(
+            word
+            for word, entry in SOLVERS.items()
+            if available(word) and n_unknowns <= entry.most_unknowns
+        )
     if preference not in SOLVERS:
         raise ValueError(f"no solver {preference!r}; there are auto, {', '.join(SOLVERS)}")
     if not available(preference):
+        package = SOLVERS[preference].package
         raise SolveError(
-            f"solver {preference} needs the package {_PACKAGE[preference]}: pip install "
-            f"{_PACKAGE[preference]}, or choose auto"
+            f"solver {preference} needs the package {package}: pip install {package}, or choose "
+            "auto"
         )
-    return SOLVERS[preference]
+    return LinearSolver(preference, load(SOLVERS[preference].place))
 
 
 def rigid_body_modes(x: ArrayLike, free: ArrayLike) -> Floats:

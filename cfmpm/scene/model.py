@@ -16,9 +16,10 @@ from pydantic import (
     model_validator,
 )
 
+from cfmpm.registry.solvers import SOLVERS
 from cfmpm.registry.specimens import SPECIMENS
 from cfmpm.registry.table import load
-from cfmpm.scene.base import Model, list_or_count, refusal
+from cfmpm.scene.base import Model, OneOf, list_or_count, refusal
 from cfmpm.scene.body import (
     Geometry,
     MeshFile,
@@ -138,7 +139,7 @@ class Scene(Model):
         "after the other; each is recorded. Steps in between are taken as needed",
     )
     mesh: Mesh = Field(Mesh(), description="the background grid")
-    solver: Literal["auto", "cholmod", "rslab", "superlu", "amg"] = Field(
+    solver: Annotated[str, OneOf(("auto", *SOLVERS))] = Field(
         "auto", description="auto: the fastest that is installed; superlu or amg always are"
     )
     fracture: Fracture = Field(Fracture(), description="what is evaluated at crack tips")

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, diags_array
 
-from cfmpm.linear.engines import NotPositiveDefiniteError, _conjugate_gradients
+from cfmpm.linear.amg import _conjugate_gradients
+from cfmpm.linear.engine import NotPositiveDefiniteError
 
 
 def solve(diagonal, precondition, tolerance=1e-12):

@@ -12,15 +12,16 @@ from scipy.sparse import block_diag, coo_array, csr_array
 from structured import rectangle
 
 from cfmpm.errors import SolveError
-from cfmpm.linear import engines, solvers
-from cfmpm.linear.engines import NotPositiveDefiniteError
+from cfmpm.linear import amg, solvers
+from cfmpm.linear.engine import NotPositiveDefiniteError
 from cfmpm.linear.solvers import rigid_body_modes, select
+from cfmpm.registry.solvers import SOLVERS
 
 MODULUS, POISSON = 210e3, 0.3  # N/mm^2
 DIRECT = ("cholmod", "rslab", "superlu")
 
 
-@pytest.fixture(params=solvers.SOLVERS)
+@pytest.fixture(params=SOLVERS)
 def solver(request):
     if not solvers.available(request.param):
         pytest.skip(f"{request.param} is not installed")
@@ -111,7 +112,7 @@ def test_modes_of_the_free_unknowns():
     assert rigid_body_modes(np.zeros((0, 2)), np.zeros(0, bool)).shape == (0, 3)
 
 
-@pytest.mark.parametrize("name", solvers.SOLVERS)
+@pytest.mark.parametrize("name", SOLVERS)
 @settings(max_examples=15)
 @given(nx=st.integers(1, 25), ny=st.integers(1, 25), seed=st.integers(0, 99))
 def test_solves(name, nx, ny, seed):
@@ -337,7 +338,7 @@ def test_tiny_systems(solver):
 
 
 def test_multigrid_says_how_far_it_got(monkeypatch):
-    monkeypatch.setattr(engines, "CG_ITERATIONS", 3)
+    monkeypatch.setattr(amg, "CG_ITERATIONS", 3)
     K, modes = plate(25, 25)
     with pytest.raises(SolveError, match=r"residual of .* in 3 iterations"):
         select(1, "amg").factor(K, modes)
@@ -390,7 +391,7 @@ def test_same_bits_for_any_number_of_threads(solver, request):
 
 
 def test_auto(monkeypatch):
-    small, large = 1000, solvers.SUPERLU_LIMIT + 1
+    small, large = 1000, SOLVERS["superlu"].most_unknowns + 1
     installed = {"kvxopt", "rslab"}
     monkeypatch.setattr(solvers, "find_spec", lambda name: name if name in installed else None)
     assert select(small).name == select(large).name == "cholmod"
@@ -406,6 +407,8 @@ def test_auto(monkeypatch):
 
 
 def test_import_is_light():
-    code = "import sys, cfmpm.solvers; print({'pyamg', 'kvxopt', 'rslab'} & set(sys.modules))"
+    code = (
+        "import sys, cfmpm.linear.solvers; print({'pyamg', 'kvxopt', 'rslab'} & set(sys.modules))"
+    )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "set()"
