@@ -13,7 +13,7 @@ import cfmpm
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
-from cfmpm.linear.engines import NotPositiveDefiniteError
+from cfmpm.linear.engine import NotPositiveDefiniteError
 from cfmpm.scene.reading import scene_from_dict
 
 NOTHING = np.zeros((1, 2))
