@@ -7,10 +7,15 @@ from cfmpm.body.body import (
     compose,
 )
 from cfmpm.body.grid import build_grid
-from cfmpm.body.materials import Materials, material_table
+from cfmpm.body.materials import Materials, departures_at_rest, material_table
 from cfmpm.body.points import seed
+from cfmpm.errors import Problem, SceneError
 from cfmpm.meshing import triangulate
+from cfmpm.registry.laws import LAWS
 from cfmpm.scene import Scene, expand
+
+# Part of its stiffness by which a law may differ from Hooke's at rest: constants have few digits.
+UNLIKE = 1e-3
 
 
 def build(scene: Scene) -> Body:
@@ -53,8 +58,26 @@ def materials_of(scene: Scene, region_names: tuple[str, ...]) -> Materials:
     Returns
     -------
     Materials
+
+    Raises
+    ------
+    SceneError
+        Where a law has another stiffness at rest than E and nu say.
     """
     source = scene.geometry or scene.mesh_file
     own = {region.name: region.material for region in source.regions} if source else {}
-    rows = [own.get(name, scene.material).model_dump() for name in region_names]
-    return material_table(rows, scene.plane)
+    rows = [own.get(name, scene.material) for name in region_names]
+    table = material_table([row.model_dump() for row in rows], scene.plane)
+    if scene.plane == "strain" and any(LAWS[row.law].constants for row in rows):
+        for name, row, part in zip(region_names, rows, departures_at_rest(table), strict=True):
+            if part > UNLIKE:
+                raise SceneError(
+                    [
+                        Problem(
+                            f"{row.law} is stiffer or softer without strain than E and nu say, by "
+                            f"{100 * part:.2g} %: make them fit its constants",
+                            "material" if name == "body" else f"material of {name}",
+                        )
+                    ]
+                )
+    return table

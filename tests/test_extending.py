@@ -100,6 +100,12 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("cfmpm", "configs", "docs", "tests"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", folder)
+    for block in blocks("python"):
+        # A new file, which its first line names.
+        name, text = block.split("\n", 1)
+        path = folder / name.removeprefix("# ")
+        assert not path.exists()
+        path.write_text(text, "utf-8")
     for block in blocks("diff"):
         change(folder, block)
     (example,) = blocks("yaml")

@@ -172,6 +172,22 @@ def stress_across(
     return result
 
 
+def departures_at_rest(materials: Materials) -> Floats:
+    """Return the parts by which the laws differ from Hooke's without strain, (q,).
+
+    Of the largest entry of the elastic matrix in plane strain, that of the spatial tangent.
+    """
+    virgin = materials.virgin_history(1)
+    departures = []
+    for m, law in enumerate(materials.law):
+        no_strain = (0.0, 0.0, 0.0, 0.0)
+        c = dispatch.respond(law, materials.constants, m, no_strain, 0.0, False, virgin, 0)[2]
+        tangent = np.array([[c[0], c[2], c[3]], [c[2], c[1], c[4]], [c[3], c[4], c[5]]])
+        hooke = materials.elastic[m]
+        departures.append(np.abs(tangent - hooke).max() / np.abs(hooke).max())
+    return np.array(departures)
+
+
 def _own_constants(law: Law, row: Mapping[str, Any]) -> list[float]:
     """The constants of a law besides E and nu, as many as any law has."""
     values = [row.get(constant.name, constant.default) for constant in law.constants]
