@@ -115,7 +115,7 @@ def turned(angle):
 def with_path(tip, *ways):
     """The tip of another crack line, along these ways from the tip on."""
     path = tip.path[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(ways, axis=0)])
-    return replace(tip, path=path)
+    return replace(tip, path=path, straight=float(np.hypot(*ways[0])))
 
 
 @pytest.mark.parametrize(

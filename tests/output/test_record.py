@@ -182,3 +182,51 @@ def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> Non
     assert np.isnan(history.load_factor[-1])
     assert np.isnan(history.energy_gap[-1])
     assert float(history.crack_length[-1, 1]) > float(history.crack_length[-2, 1])
+
+
+def test_cycles_go_on_to_the_last_position_of_a_fatigue_crack() -> None:
+    """On the way out of the body it had the rate of the state before."""
+    geometry = plate([])["geometry"]
+    geometry = geometry | {"holes": [], "cracks": [{"points": [[0, 20], [20, 20]]}]}
+    fatigue = {
+        "material": {"E": 1e4, "nu": 0.3},
+        "growth": {"control": "fatigue"},
+        "fatigue": {"C": 1e-12, "m": 3},
+    }
+    history = cfmpm.run(
+        scene_from_dict(plate(LOADS["traction"], geometry=geometry, **fatigue))
+    ).history
+    assert history.attrs["run_status"] == "severed"
+    segment = np.hypot(np.diff(history.tip_x[-2:, 0]), np.diff(history.tip_y[-2:, 0]))[0]
+    owed = float(history.cycles[-1] - history.cycles[-2]) * float(history.da_dN[-2, 0])
+    # Of one tip, which leads: its segments are never owed.
+    assert owed == pytest.approx(segment, rel=1e-9)
+    assert np.isnan(history.da_dN[-1, 0])
+    # Energy of fracture is none of fatigue.
+    assert np.isnan(history.fracture_energy).all()
+    assert np.isnan(history.energy_gap).all()
+    words = [word for (word,) in statuses(history)]
+    assert set(words[:-1]) == {"growing"}
+    assert words[-1] == "arrived_boundary"
+
+
+def test_a_tip_that_waits_for_its_segment_grows_all_the_same() -> None:
+    """Two edge cracks of unequal length, by fatigue: the shorter one runs every other time."""
+    geometry = plate([])["geometry"]
+    cracks = [
+        {"name": "short", "points": [[0, 10], [5, 10]]},
+        {"name": "long", "points": [[0, 30], [8, 30]]},
+    ]
+    fatigue = {
+        "material": {"E": 1e4, "nu": 0.3},
+        "growth": {"control": "fatigue", "increments": 4},
+        "fatigue": {"C": 1e-12, "m": 3},
+    }
+    geometry = geometry | {"holes": [], "cracks": cracks}
+    history = cfmpm.run(
+        scene_from_dict(plate(LOADS["traction"], geometry=geometry, **fatigue))
+    ).history
+    waits = np.diff(history.crack_length[:, 0].values) == 0.0
+    assert waits.any()
+    assert {word for words in statuses(history)[:-1] for word in words} == {"growing"}
+    assert (history.da_dN[:, 0] > 0.0).all()
