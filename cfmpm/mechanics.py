@@ -6,17 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from cfmpm.body import body as bodies
 from cfmpm.body import transfer
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid
-from cfmpm.body.points import MaterialPoints, relocate
-from cfmpm.body.volume_patches import patch_of
 from cfmpm.clock import Clock
 from cfmpm.equilibrium import newton, small_strain, stepping
 from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
-from cfmpm.kernels import finite
 from cfmpm.scene.model import Scene
 from cfmpm.updated import reference
 
@@ -35,26 +34,56 @@ def load_levels(scene: Scene) -> list[float]:
     return list(scene.load_steps)
 
 
-def prepare(body: Body) -> Floats:
+def locate(body: Body) -> tuple[Body, Floats]:
     """Find the triangles of the quadrature points, and evaluate the basis gradients there.
 
     Returns
     -------
-    (p, k, 2) float
+    body : Body
+        With the triangles found.
+    gradients : (p, k, 2) float
         By the position in the reference configuration [1/mm].
     """
+    body = bodies.locate(body)
     grid, points = body.grid, body.integration
-    points.element = relocate(grid, points)
     gradients: Floats = grid.basis_gradients(points.element, points.position)
     if body.motion is None:
-        return gradients
-    return reference.pull_back(gradients, body.motion.base)
+        return body, gradients
+    return body, reference.pull_back(gradients, body.motion.base)
+
+
+def problem_of(body: Body, gradients: Floats) -> BoundaryValueProblem:
+    """Pose what has to be brought into balance.
+
+    Parameters
+    ----------
+    body : Body
+    gradients : (p, k, 2) float
+        Basis gradients at its quadrature points [1/mm].
+    """
+    problem = BoundaryValueProblem(
+        grid=body.grid,
+        points=body.integration,
+        gradients=gradients,
+        materials=body.materials,
+        loading=body.loading,
+        solver=body.scene.solver,
+        patches=body.patches,
+    )
+    if body.motion is None:
+        return problem
+    return replace(
+        problem,
+        base=body.motion.base,
+        faces=reference.closed_faces(body, body.motion),
+        forces=body.motion.forces,
+    )
 
 
 def solve(
     body: Body, gradients: Floats, last: Equilibrium | None, level: float, clock: Clock
 ) -> Equilibrium:
-    """Bring a body into balance at a load factor, and update its points.
+    """Bring a body into balance at a load factor.
 
     Parameters
     ----------
@@ -83,28 +112,33 @@ def solve(
         return _solve_finite(body, gradients, last, level, clock)
     if last is not None:
         return last
-    balance = _solve_small(body, gradients, clock)
+    problem = problem_of(body, gradients)
+    with clock("stiffness"):  # step 3
+        stiffness = small_strain.assemble_stiffness(problem)
+    with clock("equilibrium"):  # steps 4 to 6: forces, balance, state of the points
+        balance = small_strain.solve_linear(problem, stiffness)
     if scene.kinematics == "auto":
         levels = load_levels(scene)
         largest = max(map(abs, levels))
-        effect = finite_effect(body, gradients, balance, largest)
+        effect = finite_effect(problem, balance, largest)
         balance = replace(balance, finite_effect=effect / largest)
         if _may_be_finite(scene) and (min(levels) < 0.0 or effect > NEGLIGIBLE):
             return _solve_finite(body, gradients, None, level, clock)
     return balance
 
 
-def carry_over(balance: Equilibrium, old: Grid, new: Grid) -> Equilibrium | None:
-    """Carry a balance over to the grid that growth has changed.
+def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | None:
+    """Carry a balance over to a body whose grid growth has changed.
 
     At small strain there is nothing to carry: the next balance is solved for from the start.
     """
     if not balance.finite:
         return None
-    nothing = np.zeros((len(new.nodes), 2))
+    nothing = np.zeros((len(body.grid.nodes), 2))
     return replace(
         balance,
-        displacement=transfer.carry_over(old, balance.displacement, new),
+        points=body.integration.at_rest(),
+        displacement=transfer.interpolate_displacement(old, balance.displacement, body.grid),
         internal_force=nothing,
         contact_force=nothing,
     )
@@ -114,9 +148,9 @@ def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
     """Sum the configurational force at every node of a body in balance [N/mm], (n, 2)."""
     if body.motion is not None:
         return reference.material_force(body, balance)
-    force = balance.load_factor * body.loading.body_force
-    problem = body.grid, body.integration, gradients, force
-    return cf.finite_nodal_force(*problem) if balance.finite else cf.nodal_force(*problem)
+    body_force = body.loading.at(balance.load_factor).body_force
+    summed = cf.finite_nodal_force if balance.finite else cf.nodal_force
+    return summed(body.grid, balance.points, gradients, body_force)
 
 
 def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats | None:
@@ -125,9 +159,9 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
     Parameters
     ----------
     body : Body
-        In balance.
     gradients : (p, k, 2) float
     balance : Equilibrium
+        Of the body.
 
     Returns
     -------
@@ -136,23 +170,24 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
         nothing is plastic. With it the force is that of the whole stress work, W_e + W_p, of which
         Rice's J is made; without it that of the stored energy, which depends on the domain.
     """
-    if not balance.history.size:
+    points = balance.points
+    if not points.internal_variables.size:
         return None
     work = replace(
-        body.integration,
-        stress=np.zeros_like(body.integration.stress),
-        energy=body.materials.plastic_work(body.integration.material, balance.history),
+        points,
+        stress=np.zeros_like(points.stress),
+        energy=body.materials.plastic_work(points),
     )
     return cf.finite_nodal_force(body.grid, work, gradients, np.zeros(2))
 
 
-def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: float) -> float:
+def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, level: float) -> float:
     """Estimate what finite deformation would change of the energy of a small strain solution.
 
     Parameters
     ----------
-    body : Body
-    gradients : (p, k, 2) float
+    problem : BoundaryValueProblem
+        Of elastic materials.
     balance : Equilibrium
         At small strain.
     level : float
@@ -166,68 +201,23 @@ def finite_effect(body: Body, gradients: Floats, balance: Equilibrium, level: fl
         order in the load. Where u turns points inside out it is taken from a smaller load, in
         proportion.
     """
-    grid, points, loading = body.grid, body.integration, body.loading
+    points, loading = balance.points, problem.loading
     energy = np.sum(points.energy * points.volume)
-    stiffest = body.materials.elastic.max()
+    stiffest = problem.materials.elastic.max()
     if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max():
         return 0.0
     factor = level
+    nothing = np.zeros((len(points), problem.materials.n_internal))
     while True:
         u = factor * balance.displacement
-        moved = replace(points)
-        if update_elastic(body, moved, gradients, u) > 0.0:
+        moved, det_F = newton.deform(problem, u, nothing)
+        if det_F.min() > 0.0:
             break
         factor *= 0.5
-    internal = finite.internal_force(
-        grid.elements,
-        len(u),
-        points.element,
-        gradients,
-        points.volume,
-        moved.displacement_gradient,
-        moved.stress,
-    )
-    unbalanced = factor * (loading.force + balance.contact_force) - internal
+    external = loading.at(factor).force + factor * balance.contact_force
+    unbalanced = external - newton.internal_force(problem, moved)
     work = np.sum(np.where(loading.prescribed, 0.0, unbalanced * u))
     return float(abs(work) / (2.0 * factor**2 * energy) * level / factor)
-
-
-def update_elastic(
-    body: Body, points: MaterialPoints, gradients: Floats, displacement: Floats
-) -> float:
-    """Give points the state of a finite deformation from rest, in place.
-
-    Parameters
-    ----------
-    body : Body
-        Of elastic materials.
-    points : MaterialPoints
-        Of its grid.
-    gradients : (p, k, 2) float
-        Basis gradients there [1/mm].
-    displacement : (n, 2) float
-        Of the nodes [mm].
-
-    Returns
-    -------
-    float
-        Smallest determinant of the deformation gradient; no stress where it is not positive.
-    """
-    materials = body.materials
-    points.displacement_gradient, points.stress, points.energy, _, det_F = finite.update_points(
-        body.grid.elements,
-        points.element,
-        gradients,
-        np.zeros((len(points), 2, 2)),
-        points.volume,
-        points.material,
-        materials.law,
-        materials.constants,
-        materials.virgin_history(len(points)),
-        displacement,
-        patch_of(body.patches, points),
-    )
-    return float(det_F.min())
 
 
 def _may_be_finite(scene: Scene) -> bool:
@@ -235,31 +225,10 @@ def _may_be_finite(scene: Scene) -> bool:
     return scene.plane == "strain" and scene.growth is None
 
 
-def _solve_small(body: Body, gradients: Floats, clock: Clock) -> Equilibrium:
-    grid, points, loading = body.grid, body.integration, body.loading
-    problem = grid, points, gradients, body.materials, loading
-    with clock("stiffness"):  # step 3
-        stiffness = small_strain.assemble_stiffness(*problem, body.patches)
-    with clock("equilibrium"):  # steps 4 to 6: forces, balance, update of the points
-        return small_strain.solve_linear(stiffness, *problem, body.scene.solver, body.patches)
-
-
 def _solve_finite(
     body: Body, gradients: Floats, last: Equilibrium | None, level: float, clock: Clock
 ) -> Equilibrium:
-    points, motion = body.integration, body.motion
-    problem = newton.Problem(
-        grid=body.grid,
-        points=points,
-        gradients=gradients,
-        base=np.zeros((len(points), 2, 2)) if motion is None else motion.base,
-        materials=body.materials,
-        loading=body.loading,
-        solver=body.scene.solver,
-        patches=body.patches,
-    )
-    if motion is not None:
-        problem = replace(problem, springs=motion.springs, **reference.closed_faces(body, motion))
+    problem = problem_of(body, gradients)
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
         if last is None:
             return _turned(problem, stepping.advance(problem, stepping.at_rest(problem), level))
@@ -268,12 +237,12 @@ def _solve_finite(
         return _turned(problem, _rebalanced(problem, last))
 
 
-def _rebalanced(problem: newton.Problem, last: Equilibrium) -> Equilibrium:
+def _rebalanced(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium:
     """Find the balance of a body that growth has changed, at the load it is at."""
     try:
         return stepping.rebalance(problem, last)
     except SolveError:
-        if last.history.size:
+        if last.points.internal_variables.size:
             raise
     # Elastic: the state does not depend on the way to it, which may begin at rest.
     afresh = stepping.advance(problem, stepping.at_rest(problem), last.load_factor)
@@ -283,12 +252,12 @@ def _rebalanced(problem: newton.Problem, last: Equilibrium) -> Equilibrium:
             f"from rest {afresh.stopped}"
         )
     moved = afresh.displacement - last.displacement
-    dead = np.where(problem.loading.prescribed, 0.0, problem.loading.force)
-    work = last.load_factor * np.sum(dead * moved)
+    force = problem.loading.at(last.load_factor).force
+    work = np.sum(np.where(problem.loading.prescribed, 0.0, force) * moved)
     return replace(afresh, external_work=last.external_work + float(work))
 
 
-def _turned(problem: newton.Problem, balance: Equilibrium) -> Equilibrium:
+def _turned(problem: BoundaryValueProblem, balance: Equilibrium) -> Equilibrium:
     """Let a body turn to where the moments of its loads balance as it is deformed.
 
     Loads without a moment on the body at rest have one when it bends; what the program holds a

@@ -7,10 +7,11 @@ from typing import Any
 
 import xarray as xr
 
+from cfmpm.body import particle_domains
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.body.loads import Loading
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import growth
 from cfmpm.scene import Scene
@@ -88,9 +89,9 @@ class State:
         return self.body.grid
 
     @property
-    def points(self) -> MaterialPoints:
-        """The material points."""
-        return self.body.points
+    def points(self) -> DeformedPoints:
+        """The material points; the state of one is the mean over what it is integrated by."""
+        return particle_domains.means(self.body.points, self.body.quadrature, self.balance.points)
 
     @property
     def loading(self) -> Loading:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cfmpm import mechanics
-from cfmpm.body import body as bodies
 from cfmpm.build import build
 from cfmpm.clock import Clock
 from cfmpm.ending import LastCracks, RunEnded
@@ -29,11 +28,12 @@ def locate(at: Stage, clock: Clock) -> Stage:
     if at.gradients is not None:
         return at
     with clock("points"):
-        return replace(at, gradients=mechanics.prepare(at.body))
+        body, gradients = mechanics.locate(at.body)
+        return replace(at, body=body, gradients=gradients)
 
 
 def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
-    """Bring a body into balance at its load step, and update its points (steps 3 to 6).
+    """Bring a body into balance at its load step, and give its points their state (steps 3 to 6).
 
     Parameters
     ----------
@@ -66,7 +66,6 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
         if before.balance.finite:
             raise RunEnded("unstable", f"unstable: {failure}") from failure
         raise error from failure
-    bodies.update_owners(body)
     return balance
 
 
@@ -141,7 +140,7 @@ def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stag
     """Align segments with the directions, double nodes, redefine the grid (step 8)."""
     with clock("release"):
         body = growing.release(at.body, state.decision.running)
-        carried = mechanics.carry_over(balance, state.grid, body.grid)
+        carried = mechanics.carry_over(balance, state.grid, body)
     return Stage(body, state.decision, at.step + 1, at.level, carried)
 
 

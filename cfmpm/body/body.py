@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from cfmpm.body.grid import Grid, Ints, Triangulation, build_grid
 from cfmpm.body.loads import Loading, apply_loads, hold_nodes
 from cfmpm.body.materials import Materials
 from cfmpm.body.motion import Motion
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import MOVED_OFF, MaterialPoints, relocate
 from cfmpm.body.tip_domains import Domains, choose_domains
 from cfmpm.body.volume_patches import Patches, build_patches
 from cfmpm.scene import Scene
@@ -64,8 +65,6 @@ class Body:
         integrate as they are (`growth.transfer: paper`).
     quadrature : particle_domains.Quadrature or None
         The pieces of those polygons in the triangles.
-    integration : MaterialPoints
-        What is summed over: the points themselves, or one row for each quadrature point.
     loading : Loading
     tip_domains : tuple of Domains
         One a tip of the grid.
@@ -85,7 +84,6 @@ class Body:
     points: MaterialPoints
     domains: particle_domains.ParticleDomains | None
     quadrature: particle_domains.Quadrature | None
-    integration: MaterialPoints
     loading: Loading
     tip_domains: tuple[Domains, ...]
     patches: Patches | None
@@ -93,6 +91,13 @@ class Body:
     empty_elements: int = 0
     floating_nodes: int = 0
     motion: Motion | None = None
+
+    @cached_property
+    def integration(self) -> MaterialPoints:
+        """What is summed over: the points themselves, or one row for each quadrature point."""
+        if self.quadrature is None:
+            return self.points
+        return particle_domains.as_points(self.quadrature)
 
     @property
     def unresolved_tips(self) -> set[str]:
@@ -141,7 +146,6 @@ def compose(
         points=points,
         domains=domains,
         quadrature=quadrature,
-        integration=integration,
         loading=hold_nodes(apply_loads(scene, grid, integration), floating),
         tip_domains=_tip_domains(scene, grid),
         patches=build_patches(grid) if grid.element.locks and materials.locks.any() else None,
@@ -151,15 +155,24 @@ def compose(
     )
 
 
-def update_owners(body: Body) -> None:
-    """Give the material points the area means of their quadrature points, in place."""
+def locate(body: Body, reason: str = MOVED_OFF) -> Body:
+    """Find the triangles that what is summed over lies in, from those that held it.
+
+    Parameters
+    ----------
+    body : Body
+    reason : str
+        Why points may lie outside, and what helps.
+
+    Raises
+    ------
+    SolveError
+        Where points lie outside the grid.
+    """
+    element = relocate(body.grid, body.integration, reason)
     if body.quadrature is None:
-        return
-    source = body.integration
-    n = len(body.points)
-    for name in ("displacement_gradient", "stress", "energy"):
-        mean = particle_domains.point_state(body.quadrature, getattr(source, name), n)
-        setattr(body.points, name, mean)
+        return replace(body, points=replace(body.points, element=element))
+    return replace(body, quadrature=replace(body.quadrature, element=element))
 
 
 def named_grid(

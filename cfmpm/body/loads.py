@@ -44,6 +44,25 @@ class Boundary:
 
 
 @dataclass(frozen=True)
+class Loads:
+    """What acts on a body at a load factor, or for each unit of it.
+
+    Attributes
+    ----------
+    force : (n, 2) float
+        External force, body force included [N/mm].
+    displacement : (n, 2) float
+        Prescribed components [mm]; zero elsewhere.
+    body_force : (2,) float
+        [N/mm^3].
+    """
+
+    force: Floats
+    displacement: Floats
+    body_force: Floats
+
+
+@dataclass(frozen=True)
 class Loading:
     """Loads and supports on the nodes of a grid.
 
@@ -91,6 +110,19 @@ class Loading:
         """Number of each free degree of freedom, -1 where prescribed; (n, 2)."""
         open_ = ~self.prescribed
         return np.where(open_, np.cumsum(open_).reshape(open_.shape) - 1, -1)
+
+    def at(self, load_factor: float) -> Loads:
+        """Return what acts at a load factor, in arrays of its own."""
+        return Loads(
+            load_factor * self.force,
+            load_factor * self.displacement,
+            load_factor * self.body_force,
+        )
+
+    @property
+    def per_factor(self) -> Loads:
+        """What a unit of the load factor adds."""
+        return Loads(self.force, self.displacement, self.body_force)
 
     def at_rest(self, displacement: Floats) -> Floats:
         """Take the rigid motions that no support holds out of a displacement.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cfmpm.body.grid import Floats, Ints
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints
 from cfmpm.body.volume_patches import Patches, patch_of
 from cfmpm.kernels import finite
 from cfmpm.kernels.laws import dispatch
@@ -47,7 +47,7 @@ class Materials:
     plastic : (q,) bool
         Whether the law flows.
     n_history : (q,) int
-        Number of variables that the law keeps of a point.
+        Number of internal variables that the law keeps of a point.
     work : (q,) int
         Which of them is the plastic work; -1 where none is.
     locks : (q,) bool
@@ -72,20 +72,16 @@ class Materials:
         rows = slice(region, region + 1)
         return type(self)(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
-    def virgin_history(self, n_points: int) -> Floats:
-        """Return the history of points that nothing has happened to."""
-        return np.zeros((n_points, int(self.n_history.max())))
+    @property
+    def n_internal(self) -> int:
+        """Number of internal variables of a point."""
+        return int(self.n_history.max())
 
-    def plastic_work(self, material: Ints, history: Floats) -> Floats:
-        """Return the plastic work of points per reference volume [MPa], (p,).
-
-        Parameters
-        ----------
-        material : (p,) int
-        history : (p, h) float
-        """
-        column = self.work[material]
-        return np.where(column < 0, 0.0, history[np.arange(len(history)), column])
+    def plastic_work(self, points: DeformedPoints) -> Floats:
+        """Return the plastic work of points per reference volume [MPa], (p,)."""
+        column = self.work[points.material]
+        kept = points.internal_variables
+        return np.where(column < 0, 0.0, kept[np.arange(len(kept)), column])
 
 
 def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
@@ -144,14 +140,14 @@ def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
 
 
 def stress_across(
-    materials: Materials, points: MaterialPoints, patches: Patches | None = None
+    materials: Materials, points: DeformedPoints, patches: Patches | None = None
 ) -> Floats:
     """Return sigma_zz of finite deformation in plane strain.
 
     Parameters
     ----------
     materials : Materials
-    points : MaterialPoints
+    points : DeformedPoints
     patches : Patches, optional
         Over which the volume ratio of their pressure was averaged.
 
@@ -177,7 +173,7 @@ def departures_at_rest(materials: Materials) -> Floats:
 
     Of the largest entry of the elastic matrix in plane strain, that of the spatial tangent.
     """
-    virgin = materials.virgin_history(1)
+    virgin = np.zeros((1, materials.n_internal))
     departures = []
     for m, law in enumerate(materials.law):
         no_strain = (0.0, 0.0, 0.0, 0.0)

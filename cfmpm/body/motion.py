@@ -41,7 +41,7 @@ class Motion:
         Displacement gradient of the quadrature points when the grid was reset last.
     smoothed : (m,) bool
         Nodes of a following grid that are not with their tracer any more.
-    springs : Springs or None
+    forces : tuple of Springs
         On the present grid: supports in which it moves, and its stabilisation.
     resets : int
         How often the grid was moved under the points.
@@ -59,7 +59,7 @@ class Motion:
     carrier: Ints
     base: Floats
     smoothed: NDArray[np.bool_]
-    springs: Springs | None
+    forces: tuple[Springs, ...]
     resets: int
     fill: float
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from cfmpm.body.grid import Floats, Grid, Ints
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints, MaterialPoints
 from cfmpm.kernels import clipping
 
 
@@ -115,26 +115,12 @@ def initial_quadrature(points: MaterialPoints) -> Quadrature:
 
 
 def as_points(quadrature: Quadrature) -> MaterialPoints:
-    """Return quadrature points in the form that sums over points take, free of stress.
-
-    Parameters
-    ----------
-    quadrature : Quadrature
-
-    Returns
-    -------
-    MaterialPoints
-        Position, volume, element and material are shared, not copied.
-    """
-    n = len(quadrature)
+    """Return quadrature points in the form that sums over points take; arrays are shared."""
     return MaterialPoints(
         position=quadrature.position,
         volume=quadrature.volume,
         element=quadrature.element,
         material=quadrature.material,
-        displacement_gradient=np.zeros((n, 2, 2)),
-        stress=np.zeros((n, 3)),
-        energy=np.zeros(n),
     )
 
 
@@ -231,7 +217,7 @@ def split_points(
     -------
     points : MaterialPoints
         The part on the left of a -> b keeps its number, that on the right is appended, in the order
-        of the parents. Both have the parent's state and its `element`, stand at the centroid of
+        of the parents. Both have the parent's material and `element`, stand at the centroid of
         their part, and share its volume by area.
     domains : ParticleDomains
     quadrature : Quadrature
@@ -283,22 +269,36 @@ def _replace_and_append(
     )
 
 
-def point_state(quadrature: Quadrature, values: Floats, n_points: int) -> Floats:
-    """Average quantities of the quadrature points over each material point.
+def means(
+    points: MaterialPoints, quadrature: Quadrature | None, deformed: DeformedPoints
+) -> DeformedPoints:
+    """Give the material points the mean state of their quadrature points.
 
     Parameters
     ----------
-    quadrature : Quadrature
-    values : (q, ...) float
-    n_points : int
+    points : MaterialPoints
+    quadrature : Quadrature or None
+        None where the points are summed over themselves.
+    deformed : DeformedPoints
+        The quadrature points.
 
     Returns
     -------
-    (n_points, ...) float
-        Mean by volume over the pieces of each point; zero for a point whose domain is dust.
+    DeformedPoints
+        Means by volume over the pieces of each point; zero for a point whose domain is dust. Where
+        there are no pieces the arrays are those of `deformed`.
     """
+    state = [getattr(deformed, f.name) for f in fields(deformed)[len(fields(points)) :]]
+    if quadrature is not None:
+        state = [_mean_over_pieces(quadrature, values, len(points)) for values in state]
+    return points.deformed(*state)
+
+
+def _mean_over_pieces(quadrature: Quadrature, values: Floats, n_points: int) -> Floats:
     owner, volume = quadrature.owner, quadrature.volume
     total = np.maximum(np.bincount(owner, volume, n_points), np.finfo(float).tiny)
-    columns = values.reshape(len(values), -1).T
-    mean = np.column_stack([np.bincount(owner, volume * c, n_points) / total for c in columns])
-    return mean.reshape(n_points, *values.shape[1:])
+    mean = np.zeros((n_points, *values.shape[1:]))
+    columns = mean.reshape(n_points, -1)
+    for i, column in enumerate(values.reshape(len(values), -1).T):
+        columns[:, i] = np.bincount(owner, volume * column, n_points) / total
+    return mean

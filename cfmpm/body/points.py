@@ -10,10 +10,13 @@ from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.errors import SolveError
 from cfmpm.kernels import location
 
+# Why points may lie outside the grid, and what helps.
+MOVED_OFF = "growth has moved the grid off them; make it finer there"
 
-@dataclass
+
+@dataclass(frozen=True)
 class MaterialPoints:
-    """Material points as a structure of arrays, one row a point.
+    """Material points as a structure of arrays, one row a point: where and what they are.
 
     Attributes
     ----------
@@ -25,27 +28,68 @@ class MaterialPoints:
         The triangle that holds the point.
     material : (p,) int
         Row of the material table.
-    displacement_gradient : (p, 2, 2) float
-    stress : (p, 3) float
-        sigma_xx, sigma_yy, sigma_xy [MPa].
-    energy : (p,) float
-        Strain energy density [N mm/mm^3].
     """
 
     position: Floats
     volume: Floats
     element: Ints
     material: Ints
-    displacement_gradient: Floats
-    stress: Floats
-    energy: Floats
 
     def __len__(self) -> int:
         return len(self.volume)
 
+    def deformed(
+        self,
+        displacement_gradient: Floats,
+        stress: Floats,
+        energy: Floats,
+        internal_variables: Floats | None = None,
+    ) -> DeformedPoints:
+        """Return these points with a state, as in `DeformedPoints`; the arrays are shared."""
+        if internal_variables is None:
+            internal_variables = np.zeros((len(self), 0))
+        return DeformedPoints(
+            position=self.position,
+            volume=self.volume,
+            element=self.element,
+            material=self.material,
+            displacement_gradient=displacement_gradient,
+            stress=stress,
+            energy=energy,
+            internal_variables=internal_variables,
+        )
+
+    def at_rest(self, n_internal: int = 0) -> DeformedPoints:
+        """Return these points without strain, with so many internal variables of value zero."""
+        n = len(self)
+        return self.deformed(
+            np.zeros((n, 2, 2)), np.zeros((n, 3)), np.zeros(n), np.zeros((n, n_internal))
+        )
+
+
+@dataclass(frozen=True)
+class DeformedPoints(MaterialPoints):
+    """Material points with the state that a displacement of the grid gives them.
+
+    Attributes
+    ----------
+    displacement_gradient : (p, 2, 2) float
+    stress : (p, 3) float
+        sigma_xx, sigma_yy, sigma_xy [MPa].
+    energy : (p,) float
+        Strain energy density [N mm/mm^3].
+    internal_variables : (p, h) float
+        Of plastic materials at finite deformation, else h = 0.
+    """
+
+    displacement_gradient: Floats
+    stress: Floats
+    energy: Floats
+    internal_variables: Floats
+
 
 def seed(grid: Grid) -> MaterialPoints:
-    """Fill a grid with stress-free material points.
+    """Fill a grid with material points.
 
     Parameters
     ----------
@@ -66,9 +110,6 @@ def seed(grid: Grid) -> MaterialPoints:
         volume=(grid.areas[:, None] * element.weights / element.weights.sum()).ravel(),
         element=np.repeat(np.arange(len(corners)), per_element),
         material=np.repeat(grid.regions, per_element),
-        displacement_gradient=np.zeros((n, 2, 2)),
-        stress=np.zeros((n, 3)),
-        energy=np.zeros(n),
     )
 
 
@@ -124,11 +165,7 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
     return found
 
 
-def relocate(
-    grid: Grid,
-    points: MaterialPoints,
-    reason: str = "growth has moved the grid off them; make it finer there",
-) -> Ints:
+def relocate(grid: Grid, points: MaterialPoints, reason: str = MOVED_OFF) -> Ints:
     """Find the triangle that holds each material point, from the one that held it.
 
     Parameters

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -17,49 +16,26 @@ class Springs:
 
     Attributes
     ----------
-    stiffness : (2 n, 2 n) csr_array
-        [N/mm^2: N/mm per mm of thickness], symmetric; rows in the order of the displacement.
+    matrix : (2 n, 2 n) csr_array
+        Their stiffness [N/mm^2: N/mm per mm of thickness], symmetric; rows in the order of the
+        displacement.
     force : (n, 2) float
         That resists where the displacement is zero [N/mm].
     pull : (n, 2) float
         That acts per load factor [N/mm].
     """
 
-    stiffness: csr_array
+    matrix: csr_array
     force: Floats
     pull: Floats
 
     def resistance(self, displacement: Floats) -> Floats:
         """Return the force that resists a displacement, without that of the load, (n, 2)."""
-        return self.force + (self.stiffness @ displacement.ravel()).reshape(-1, 2)
+        return self.force + (self.matrix @ displacement.ravel()).reshape(-1, 2)
 
-    def united(self, pattern: tuple[Ints, Ints], free: Ints) -> tuple[Ints, Ints]:
-        """Add the places of its entries, for the free rows, to those of a stiffness."""
-        own = self.stiffness[free][:, free]
-        n = len(free)
-        both: Any = csr_array((np.ones(len(pattern[1])), pattern[1], pattern[0]), shape=(n, n))
-        both = both + csr_array((np.ones(own.nnz), own.indices, own.indptr), shape=(n, n))
-        both.sort_indices()
-        return both.indptr, both.indices
-
-    def entries(self, pattern: tuple[Ints, Ints], free: Ints) -> Floats:
-        """Return its values at the places of a stiffness that has room for them."""
-        own = self.stiffness[free][:, free].tocoo()
-        indptr, indices = pattern
-        n = len(free)
-        places = np.repeat(np.arange(n), np.diff(indptr)) * n + indices
-        values = np.zeros(len(indices))
-        values[np.searchsorted(places, own.row.astype(np.int64) * n + own.col)] = own.data
-        return values
-
-
-def join(one: Springs | None, other: Springs | None) -> Springs | None:
-    """Let both act."""
-    if one is None or other is None:
-        return one or other
-    return Springs(
-        csr_array(one.stiffness + other.stiffness), one.force + other.force, one.pull + other.pull
-    )
+    def stiffness(self, displacement: Floats) -> csr_array:
+        """Return the stiffness, which is the same at every displacement."""
+        return self.matrix
 
 
 def supports(
@@ -155,13 +131,11 @@ def ghost(grid: Grid, fill: Floats, least: float, weight: float) -> Springs | No
     nodes = np.hstack([grid.triangles[element], grid.triangles[other]])
     blocks = weight * h[:, None, None] ** 2 * jump[:, :, None] * jump[:, None, :]
     n = 2 * len(grid.nodes)
-    stiffness = csr_array((n, n))
+    matrix = csr_array((n, n))
     for axis in (0, 1):
         dofs = 2 * nodes + axis
         rows = np.broadcast_to(dofs[:, :, None], blocks.shape).ravel()
         columns = np.broadcast_to(dofs[:, None, :], blocks.shape).ravel()
-        stiffness = stiffness + csr_array(
-            coo_array((blocks.ravel(), (rows, columns)), shape=(n, n))
-        )
+        matrix = matrix + csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(n, n)))
     nothing = np.zeros_like(grid.nodes)
-    return Springs(csr_array(stiffness), nothing, nothing)
+    return Springs(csr_array(matrix), nothing, nothing)

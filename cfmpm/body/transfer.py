@@ -13,7 +13,7 @@ from cfmpm.kernels import location
 INSIDE = 1e-6
 
 
-def carry_over(old: Grid, displacement: Floats, new: Grid) -> Floats:
+def interpolate_displacement(old: Grid, displacement: Floats, new: Grid) -> Floats:
     """Interpolate the displacement of one grid at the nodes of another.
 
     Parameters

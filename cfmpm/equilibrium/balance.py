@@ -1,17 +1,15 @@
-"""The state of balance, and the pattern and round-off of its stiffness."""
+"""The state of balance, and what round-off leaves of it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from cfmpm.body.grid import Floats, Grid, Ints
-from cfmpm.body.loads import Loading
-from cfmpm.body.volume_patches import Patches
-from cfmpm.kernels import assembly
+from cfmpm.body.grid import Floats
+from cfmpm.body.points import DeformedPoints
 
 RESIDUAL_AT_FLOOR = 1e-3
 
@@ -22,6 +20,8 @@ class Equilibrium:
 
     Attributes
     ----------
+    points : DeformedPoints
+        What was summed over.
     displacement : (n, 2) float
         [mm].
     internal_force : (n, 2) float
@@ -36,8 +36,6 @@ class Equilibrium:
         What round-off explains of it; 0 where the residual is too small to ask.
     solver : str
     n_unknowns : int
-    negative_pivots : float
-        nan where the solver counts none.
     iterations : int
         Of an iterative linear solver; 0 for a direct one.
     load_factor : float
@@ -49,8 +47,6 @@ class Equilibrium:
         `load_factor`, of first order in the load; nan where nobody asked.
     external_work : float
         That finite deformation has taken so far [N]; nan where results grow with the load.
-    history : (p, h) float
-        Of the quadrature points of plastic materials at finite deformation; else h = 0.
     newton_iterations, substeps : int
         At finite deformation, so far.
     residuals : tuple of float
@@ -63,6 +59,7 @@ class Equilibrium:
         Why finite deformation went no further; empty where it did.
     """
 
+    points: DeformedPoints
     displacement: Floats
     internal_force: Floats
     contact_force: Floats
@@ -71,13 +68,11 @@ class Equilibrium:
     residual_floor: float
     solver: str
     n_unknowns: int
-    negative_pivots: float
     iterations: int
     load_factor: float = 1.0
     finite: bool = False
     finite_effect: float = math.nan
     external_work: float = math.nan
-    history: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     newton_iterations: int = 0
     substeps: int = 0
     residuals: tuple[float, ...] = ()
@@ -88,15 +83,6 @@ class Equilibrium:
     def scale(self, load_factor: float) -> float:
         """Return what its stresses are to be multiplied with to be those of a load factor."""
         return 1.0 if self.finite else load_factor / self.load_factor
-
-
-def sparsity(grid: Grid, loading: Loading, patches: Patches | None = None) -> tuple[Ints, Ints]:
-    """Return row pointers and columns of the stiffness of the free degrees of freedom."""
-    coupled = grid.elements if patches is None else patches.nodes
-    indptr, indices = assembly.sparsity(coupled, loading.free)
-    if len(indices) < np.iinfo(np.int32).max:
-        indptr = indptr.astype(np.int32)
-    return indptr, indices
 
 
 def round_off(stiffness: csr_array, displacement: Floats, scale: float) -> float:

@@ -87,46 +87,59 @@ class Faces:
         return force
 
 
-def faces_at_rest(grid: Grid, prescribed: NDArray[np.bool_]) -> Faces:
-    """Return the faces of cracks as they are at small strain.
+@dataclass(frozen=True)
+class CrackFaces:
+    """The crack faces of a body that may touch.
 
-    Parameters
+    Attributes
     ----------
     grid : Grid
-    prescribed : (n, 2) bool
-        Components of displacement that are prescribed.
+        With the faces as they were closed.
+    carried : (n, 2) float or 0
+        Displacement of its nodes, where that of the body is zero [mm].
     """
-    cracks = [face_pairs(grid, crack) for crack in grid.crack_faces]
-    pairs = _joined([_kept(pairs, _movable(pairs, prescribed)) for pairs in cracks])
-    nothing = np.zeros((len(grid.nodes), 2))
-    return Faces(pairs, nothing, np.zeros(len(pairs.left)), _nodal_forces(pairs, len(nothing)))
 
+    grid: Grid
+    carried: Floats | float = 0.0
 
-def turned_faces(grid: Grid, prescribed: NDArray[np.bool_], shape: Floats) -> Faces:
-    """Return the faces of cracks in a shape of the body, with which their normals turn.
+    def at_rest(self, prescribed: NDArray[np.bool_]) -> Faces:
+        """Return the faces as they are at small strain.
 
-    Parameters
-    ----------
-    grid : Grid
-    prescribed : (n, 2) bool
-    shape : (n, 2) float
-        Displacement of the nodes [mm].
-    """
-    turnings, cracks, columns, begin = [], [], [], 0
-    for crack in grid.crack_faces:
-        turning = turning_of(grid, crack, shape)
-        movable = _movable(face_pairs(grid, crack), prescribed)
-        pairs = _kept(face_pairs(grid, crack, turning), movable)
-        jump = shape[pairs.left] - shape[pairs.right]
-        # The opening also changes as its normal turns, where the faces have slid.
-        slid = np.einsum("ki,ki->k", jump, _turned_by_quarter(pairs.normal))
-        columns.append(_nodal_forces(pairs, len(shape)) + _outer(turning, slid, len(shape)))
-        turnings.append((slice(begin, begin + len(slid)), turning))
-        cracks.append(pairs)
-        begin += len(slid)
-    pairs = _joined(cracks)
-    push = csc_array(hstack(columns, format="csc"))
-    return Faces(pairs, shape, pairs.opening(shape), push, tuple(turnings))
+        Parameters
+        ----------
+        prescribed : (n, 2) bool
+            Components of displacement that are prescribed.
+        """
+        cracks = [face_pairs(self.grid, crack) for crack in self.grid.crack_faces]
+        pairs = _joined([_kept(pairs, _movable(pairs, prescribed)) for pairs in cracks])
+        nothing = np.zeros((len(self.grid.nodes), 2))
+        return Faces(pairs, nothing, np.zeros(len(pairs.left)), _nodal_forces(pairs, len(nothing)))
+
+    def turned(self, prescribed: NDArray[np.bool_], displacement: Floats) -> Faces:
+        """Return the faces in a shape of the body, with which their normals turn.
+
+        Parameters
+        ----------
+        prescribed : (n, 2) bool
+        displacement : (n, 2) float
+            Of the body [mm].
+        """
+        shape = self.carried + displacement
+        turnings, cracks, columns, begin = [], [], [], 0
+        for crack in self.grid.crack_faces:
+            turning = turning_of(self.grid, crack, shape)
+            movable = _movable(face_pairs(self.grid, crack), prescribed)
+            pairs = _kept(face_pairs(self.grid, crack, turning), movable)
+            jump = shape[pairs.left] - shape[pairs.right]
+            # The opening also changes as its normal turns, where the faces have slid.
+            slid = np.einsum("ki,ki->k", jump, _turned_by_quarter(pairs.normal))
+            columns.append(_nodal_forces(pairs, len(shape)) + _outer(turning, slid, len(shape)))
+            turnings.append((slice(begin, begin + len(slid)), turning))
+            cracks.append(pairs)
+            begin += len(slid)
+        pairs = _joined(cracks)
+        push = csc_array(hstack(columns, format="csc"))
+        return Faces(pairs, shape, pairs.opening(shape), push, tuple(turnings))
 
 
 def close_faces(

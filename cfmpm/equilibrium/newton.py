@@ -4,26 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from cfmpm.body.grid import Floats, Grid, Ints
-from cfmpm.body.loads import Loading
-from cfmpm.body.materials import Materials
-from cfmpm.body.points import MaterialPoints
-from cfmpm.body.springs import Springs
-from cfmpm.body.volume_patches import Patches, patch_of
-from cfmpm.equilibrium.balance import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
-from cfmpm.equilibrium.contact import (
-    Contact,
-    Faces,
-    Solver,
-    TurningStiffness,
-    close_faces,
-    turned_faces,
-)
+from cfmpm.body.grid import Floats
+from cfmpm.body.points import DeformedPoints
+from cfmpm.equilibrium.balance import RESIDUAL_AT_FLOOR, Equilibrium, round_off
+from cfmpm.equilibrium.contact import Contact, Faces, Solver, TurningStiffness, close_faces
+from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
 from cfmpm.kernels import acoustic, constitutive, finite, stretch
 from cfmpm.kernels import patches as patch_kernels
@@ -48,106 +37,36 @@ PROBE = 1e-6
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What stays as it is while the loads change.
+class Trial:
+    """What a displacement of the grid does to a body, balanced or not.
 
     Attributes
     ----------
-    grid : Grid
-    points : MaterialPoints
-        What is summed over; updated in place to each state that is accepted.
-    gradients : (p, k, 2) float
-        Basis gradients with respect to the reference configuration [1/mm].
-    base : (p, 2, 2) float
-        Displacement gradient of the points before the grid moves.
-    materials : Materials
-    loading : Loading
-    solver : str
-    patches : Patches or None
-        Over which the volume ratio is averaged.
-    faces : Grid or None
-        With the crack faces as they were closed, where `grid` has moved since.
-    carried : (n, 2) float or 0
-        By which its nodes have [mm].
-    springs : Springs or None
-        On the grid besides the material.
+    displacement : (n, 2) float
+        [mm].
+    points : DeformedPoints
+    internal_force : (n, 2) float
+        [N/mm].
+    other_resistance : (n, 2) float or 0
+        Of the forces of the problem [N/mm].
     """
 
-    grid: Grid
-    points: MaterialPoints
-    gradients: Floats
-    base: Floats
-    materials: Materials
-    loading: Loading
-    solver: str = "auto"
-    patches: Patches | None = None
-    faces: Grid | None = None
-    carried: Floats | float = 0.0
-    springs: Springs | None = None
-
-    @cached_property
-    def pattern(self) -> tuple[Ints, Ints]:
-        """Row pointers and columns of the stiffness of the free degrees of freedom."""
-        material = sparsity(self.grid, self.loading, self.patches)
-        return material if self.springs is None else self.springs.united(material, self.free)
-
-    @cached_property
-    def spring_entries(self) -> Floats | float:
-        """What the springs add to the entries of the stiffness [N/mm^2]."""
-        return 0.0 if self.springs is None else self.springs.entries(self.pattern, self.free)
-
-    @cached_property
-    def free(self) -> Ints:
-        """Rows of the free degrees of freedom among those of the displacement."""
-        return np.flatnonzero(~self.loading.prescribed)
-
-    @property
-    def pull(self) -> Floats | float:
-        """Force of the springs per load factor [N/mm]."""
-        return 0.0 if self.springs is None else self.springs.pull
-
-    @cached_property
-    def patch(self) -> Ints:
-        """Patch of each point; empty where there are none."""
-        return patch_of(self.patches, self.points)
-
-    @cached_property
-    def slots(self) -> Ints:
-        """Where the entries of each element go in the stiffness."""
-        slots: Ints = finite.entry_slots(self.grid.elements, self.loading.free, *self.pattern)
-        return slots
-
-    @cached_property
-    def patch_slots(self) -> Ints:
-        """Where the entries of each patch go in the stiffness."""
-        assert self.patches is not None
-        slots: Ints = finite.entry_slots(self.patches.nodes, self.loading.free, *self.pattern)
-        return slots
-
-
-@dataclass(frozen=True)
-class PointStates:
-    """What a displacement of the grid does to the points, balanced or not."""
-
     displacement: Floats
-    displacement_gradient: Floats
-    stress: Floats
-    energy: Floats
-    history: Floats
+    points: DeformedPoints
     internal_force: Floats
-    spring_force: Floats | float
+    other_resistance: Floats | float
 
     @property
     def resistance(self) -> Floats:
-        """Force of material and springs against the displacement [N/mm], (n, 2)."""
-        return self.internal_force + self.spring_force
+        """Force of material and all else against the displacement [N/mm], (n, 2)."""
+        return self.internal_force + self.other_resistance
 
 
 @dataclass(frozen=True)
 class Balanced:
     """Where Newton's method ended."""
 
-    state: PointStates
+    trial: Trial
     contact_force: Floats
     contact_pairs: int
     residuals: tuple[float, ...]
@@ -159,93 +78,32 @@ class March:
 
     Parameters
     ----------
-    problem : Problem
-    history : (p, h) float
+    problem : BoundaryValueProblem
+    internal_variables : (p, h) float
         Of the last accepted state.
     """
 
-    def __init__(self, problem: Problem, history: Floats) -> None:
+    def __init__(self, problem: BoundaryValueProblem, internal_variables: Floats) -> None:
         self._problem = problem
-        self._history = history
+        self._internal_variables = internal_variables
         self._free = ~problem.loading.prescribed
-        n_free = int(np.count_nonzero(self._free))
-        self._chosen = solvers.select(n_free, problem.solver)
+        self._chosen = solvers.select(problem.n_unknowns, problem.solver)
         self._factor: Factor | None = None
 
-    def state(self, displacement: Floats) -> PointStates:
+    def trial(self, displacement: Floats) -> Trial:
         """Evaluate the points; SolveError where one is turned inside out."""
-        grid, points, materials = self._problem.grid, self._problem.points, self._problem.materials
-        gradient, stress, energy, history, det_F = finite.update_points(
-            grid.elements,
-            points.element,
-            self._problem.gradients,
-            self._problem.base,
-            points.volume,
-            points.material,
-            materials.law,
-            materials.constants,
-            self._history,
-            displacement,
-            self._problem.patch,
-        )
+        problem = self._problem
+        points, det_F = deform(problem, displacement, self._internal_variables)
         if not det_F.min() > 0.0:
             raise SolveError(
                 f"{int((~(det_F > 0.0)).sum())} material points would be turned inside out"
             )
-        force = finite.internal_force(
-            grid.elements,
-            len(grid.nodes),
-            points.element,
-            self._problem.gradients,
-            points.volume,
-            gradient,
-            stress,
-        )
-        springs = self._problem.springs
-        spring_force = 0.0 if springs is None else springs.resistance(displacement)
-        return PointStates(displacement, gradient, stress, energy, history, force, spring_force)
+        force = internal_force(problem, points)
+        return Trial(displacement, points, force, problem.resistance(displacement))
 
-    def factor_at(self, state: PointStates) -> csr_array:
+    def factor_at(self, trial: Trial) -> csr_array:
         """Factor the stiffness of a state; SolveError where it is not positive definite."""
-        points, materials = self._problem.points, self._problem.materials
-        indptr, indices = self._problem.pattern
-        data = finite.stiffness(
-            self._problem.slots,
-            len(indices),
-            points.element,
-            self._problem.gradients,
-            points.volume,
-            points.material,
-            materials.law,
-            materials.constants,
-            self._history,
-            state.displacement_gradient,
-            self._problem.patch,
-        )
-        if self._problem.patches is not None:
-            bulk = patch_kernels.bulk_moduli(
-                len(self._problem.patches.nodes),
-                points.volume,
-                points.material,
-                materials.law,
-                materials.constants,
-                state.displacement_gradient,
-                self._problem.patch,
-            )
-            data += patch_kernels.coupling(
-                self._problem.patch_slots,
-                len(indices),
-                self._problem.patches.nodes,
-                self._problem.grid.elements,
-                points.element,
-                self._problem.gradients,
-                points.volume,
-                bulk,
-                state.displacement_gradient,
-                self._problem.patch,
-            )
-        data = data + self._problem.spring_entries
-        stiffness = csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
+        stiffness = assemble_stiffness(self._problem, trial, self._internal_variables)
         if self._factor is None:
             grid, chosen = self._problem.grid, self._chosen
             modes = (
@@ -256,16 +114,16 @@ class March:
             self._factor.refactor(stiffness)
         return stiffness
 
-    def rate(self, state: PointStates) -> Floats:
+    def rate(self, trial: Trial) -> Floats:
         """Return the displacement per load factor, from the stiffness factored last."""
-        loading = self._problem.loading
-        rate = loading.displacement.copy()
-        unbalanced = loading.force + self._problem.pull
+        loads = self._problem.loading.per_factor
+        rate = loads.displacement.copy()
+        unbalanced = loads.force + self._problem.pull
         reach = np.abs(rate).max(initial=0.0)
         if reach > 0.0:
             step = PROBE * np.sqrt(self._problem.grid.areas.min()) / reach
-            probed = self.state(state.displacement + step * rate)
-            unbalanced = unbalanced - (probed.resistance - state.resistance) / step
+            probed = self.trial(trial.displacement + step * rate)
+            unbalanced = unbalanced - (probed.resistance - trial.resistance) / step
         rate[self._free] += self._solve(unbalanced[self._free])
         return rate
 
@@ -287,7 +145,7 @@ class March:
         assert self._factor is not None
         return self._closed(displacement, displacement, self._factor).displacement
 
-    def balance(self, state: PointStates, load_factor: float, force_before: Floats) -> Balanced:
+    def balance(self, trial: Trial, load_factor: float, force_before: Floats) -> Balanced:
         """Newton's method, from a state with the prescribed displacement of a load factor.
 
         Each iteration solves K delta = f_ext - f_int (paper eq 13, sign put right), presses
@@ -295,66 +153,65 @@ class March:
         with the faces, and forces along them with the normals. Where it ends without force, the
         forces before set the scale of what is unbalanced.
         """
-        external = load_factor * self._problem.loading.force
+        external = self._problem.loading.at(load_factor).force
         # Of large and opposite forces: what springs leave of them, the material feels.
         pull = load_factor * self._problem.pull
         scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
         residuals: list[float] = []
         pressed = np.zeros(0)
         while True:
-            stiffness = self.factor_at(state)
-            tangent = self._tangent(state, pressed)
-            unbalanced = external + pull - state.resistance
-            corrected = state.displacement.copy()
+            stiffness = self.factor_at(trial)
+            tangent = self._tangent(trial, pressed)
+            unbalanced = external + pull - trial.resistance
+            corrected = trial.displacement.copy()
             corrected[self._free] += tangent.solve(unbalanced[self._free]).x
-            closed = self._closed(corrected, state.displacement, tangent)
+            closed = self._closed(corrected, trial.displacement, tangent)
             pressed = closed.pressed
             left = (unbalanced + closed.force)[self._free]
-            scale = max(scale, np.abs(state.internal_force).max(initial=0.0))
+            scale = max(scale, np.abs(trial.internal_force).max(initial=0.0))
             residuals.append(float(np.abs(left).max(initial=0.0) / scale) if scale > 0.0 else 0.0)
             floor = 0.0
             if residuals[-1] > RESIDUAL:
-                floor = round_off(stiffness, state.displacement[self._free], scale)
+                floor = round_off(stiffness, trial.displacement[self._free], scale)
             if residuals[-1] <= max(RESIDUAL, min(floor, RESIDUAL_AT_FLOOR)):
-                return Balanced(state, closed.force, closed.pairs, tuple(residuals), floor)
+                return Balanced(trial, closed.force, closed.pairs, tuple(residuals), floor)
             if len(residuals) > MOST_ITERATIONS:
                 raise SolveError(
                     f"after {MOST_ITERATIONS} iterations {residuals[-1]:.1e} of the largest nodal "
                     f"force is still unbalanced (allowed {RESIDUAL:.0e}; round-off explains "
                     f"{floor:.1e})"
                 )
-            state = self._searched(state, closed.displacement, external + pull, pressed)
+            trial = self._searched(trial, closed.displacement, external + pull, pressed)
 
-    def check_jump(self, before: PointStates, after: PointStates) -> None:
+    def check_jump(self, before: Trial, after: Trial) -> None:
         """SolveError where the stretch of a point has grown by more than `STRETCH_JUMP`."""
-        jump = stretch.largest_jump(before.displacement_gradient, after.displacement_gradient)
+        jump = stretch.largest_jump(
+            before.points.displacement_gradient, after.points.displacement_gradient
+        )
         if not jump <= STRETCH_JUMP:
             raise SolveError(f"the stretch of a point would jump to {jump:.2g} times what it was")
 
     def accept(
-        self, last: Equilibrium, before: PointStates, found: Balanced, load_factor: float
+        self, last: Equilibrium, before: Trial, found: Balanced, load_factor: float
     ) -> Equilibrium:
-        """Give a state to the points, and describe it."""
-        points, state = self._problem.points, found.state
-        points.displacement_gradient = state.displacement_gradient
-        points.stress, points.energy = state.stress, state.energy
-        lost, known = self._unstable_points(state), last.unstable_points > 0
-        self._history = state.history
+        """Go on from a state, and describe it."""
+        trial = found.trial
+        lost, known = self._unstable_points(trial), last.unstable_points > 0
+        self._internal_variables = trial.points.internal_variables
         return Equilibrium(
-            displacement=state.displacement,
-            internal_force=state.internal_force,
+            points=trial.points,
+            displacement=trial.displacement,
+            internal_force=trial.internal_force,
             contact_force=found.contact_force,
             contact_pairs=found.contact_pairs,
             residual_norm=found.residuals[-1],
             residual_floor=found.floor,
             solver=self._chosen.name,
-            n_unknowns=int(np.count_nonzero(self._free)),
-            negative_pivots=0.0 if self._factor is None else self._factor.negative_pivots,
+            n_unknowns=self._problem.n_unknowns,
             iterations=0,
             load_factor=load_factor,
             finite=True,
-            external_work=last.external_work + self._work(last, before, state, load_factor),
-            history=state.history,
+            external_work=last.external_work + self._work(last, before, trial, load_factor),
             newton_iterations=last.newton_iterations + len(found.residuals) - 1,
             substeps=last.substeps + 1,
             residuals=found.residuals,
@@ -362,27 +219,25 @@ class March:
             unstable_from=load_factor if lost and not known else last.unstable_from,
         )
 
-    def _work(
-        self, last: Equilibrium, before: PointStates, after: PointStates, load_factor: float
-    ) -> float:
+    def _work(self, last: Equilibrium, before: Trial, after: Trial, load_factor: float) -> float:
         """Work of loads, grips and springs over a step, by the trapezoidal rule [N]."""
         motion = after.displacement - before.displacement
-        applied = self._problem.loading.force + self._problem.pull
-        mean = 0.5 * (load_factor + last.load_factor) * applied
-        mean -= 0.5 * (before.spring_force + after.spring_force)
+        middle = 0.5 * (load_factor + last.load_factor)
+        mean = self._problem.loading.at(middle).force + middle * self._problem.pull
+        mean -= 0.5 * (before.other_resistance + after.other_resistance)
         mean[~self._free] = 0.5 * (before.internal_force + after.internal_force)[~self._free]
         return float(np.sum(mean * motion))
 
-    def _unstable_points(self, state: PointStates) -> int:
+    def _unstable_points(self, trial: Trial) -> int:
         """Count the points that have lost ellipticity."""
-        points, materials = self._problem.points, self._problem.materials
+        points, materials = trial.points, self._problem.materials
         lowest = acoustic.ellipticity(
             points.volume,
             points.material,
             materials.law,
             materials.constants,
-            self._history,
-            state.displacement_gradient,
+            self._internal_variables,
+            points.displacement_gradient,
             self._problem.patch,
         )
         return int(np.count_nonzero(~(lowest > 0.0)))
@@ -391,52 +246,145 @@ class March:
         assert self._factor is not None
         return self._factor.solve(force).x
 
-    def _tangent(self, state: PointStates, pressed: Floats) -> Solver:
+    def _tangent(self, trial: Trial, pressed: Floats) -> Solver:
         """What Newton's method solves with: the stiffness, and that of the forces of faces."""
         assert self._factor is not None
         if not pressed.any():
             return self._factor
-        faces = self._faces(state.displacement)
+        faces = self._faces(trial.displacement)
         return TurningStiffness(self._factor, faces, self._problem.loading.prescribed, pressed)
 
     def _faces(self, displacement: Floats) -> Faces:
         problem = self._problem
-        grid, shape = problem.faces or problem.grid, problem.carried + displacement
-        return turned_faces(grid, problem.loading.prescribed, shape)
+        return problem.crack_faces.turned(problem.loading.prescribed, displacement)
 
     def _closed(self, displacement: Floats, shape: Floats, tangent: Solver) -> Contact:
         """Press faces apart in a shape of the body near by."""
         problem = self._problem
-        if not (problem.faces or problem.grid).crack_faces:
+        cracks = problem.crack_faces
+        if not cracks.grid.crack_faces:
             return Contact(displacement, np.zeros_like(displacement), np.zeros(0))
-        total = problem.carried + displacement
+        total = cracks.carried + displacement
         contact = close_faces(self._faces(shape), problem.loading.prescribed, total, tangent)
         if contact.displacement is total:
             return replace(contact, displacement=displacement)
-        return replace(contact, displacement=contact.displacement - problem.carried)
+        return replace(contact, displacement=contact.displacement - cracks.carried)
 
-    def _searched(
-        self, state: PointStates, goal: Floats, external: Floats, pressed: Floats
-    ) -> PointStates:
+    def _searched(self, trial: Trial, goal: Floats, external: Floats, pressed: Floats) -> Trial:
         """Go towards a displacement as far as it helps."""
-        along = goal - state.displacement
+        along = goal - trial.displacement
 
-        def unbalanced(at: PointStates) -> Floats:
+        def unbalanced(at: Trial) -> Floats:
             pushed = self._faces(at.displacement).force(pressed) if pressed.any() else 0.0
             return np.where(self._free, external + pushed - at.resistance, 0.0)
 
-        left = unbalanced(state)
+        left = unbalanced(trial)
         size, work = float(np.sqrt(np.sum(left * left))), float(np.sum(left * along))
         part = 1.0
         while part >= SHORTEST:
             try:
-                trial = self.state(state.displacement + part * along)
+                shorter = self.trial(trial.displacement + part * along)
             except SolveError:
                 part *= 0.5
                 continue
-            left = unbalanced(trial)
+            left = unbalanced(shorter)
             smaller = np.sqrt(np.sum(left * left)) < size
             if smaller or abs(np.sum(left * along)) <= LINE_SEARCH * abs(work):
-                return trial
+                return shorter
             part *= 0.5
         raise SolveError("no part of Newton's correction brings the body nearer to balance")
+
+
+def deform(
+    problem: BoundaryValueProblem, displacement: Floats, internal_variables: Floats
+) -> tuple[DeformedPoints, Floats]:
+    """Return the points in the state of a displacement.
+
+    Parameters
+    ----------
+    problem : BoundaryValueProblem
+    displacement : (n, 2) float
+        Of the nodes [mm].
+    internal_variables : (p, h) float
+        At the start of the step.
+
+    Returns
+    -------
+    points : DeformedPoints
+    det_F : (p,) float
+        No stress where it is not positive.
+    """
+    points, materials = problem.points, problem.materials
+    *state, det_F = finite.update_points(
+        problem.grid.elements,
+        points.element,
+        problem.gradients,
+        problem.base_gradient,
+        points.volume,
+        points.material,
+        materials.law,
+        materials.constants,
+        internal_variables,
+        displacement,
+        problem.patch,
+    )
+    return points.deformed(*state), det_F
+
+
+def internal_force(problem: BoundaryValueProblem, points: DeformedPoints) -> Floats:
+    """Sum the internal force of its points, in a state, at every node [N/mm], (n, 2)."""
+    force: Floats = finite.internal_force(
+        problem.grid.elements,
+        len(problem.grid.nodes),
+        points.element,
+        problem.gradients,
+        points.volume,
+        points.displacement_gradient,
+        points.stress,
+    )
+    return force
+
+
+def assemble_stiffness(
+    problem: BoundaryValueProblem, trial: Trial, internal_variables: Floats
+) -> csr_array:
+    """Sum the tangent stiffness of a state, for the free degrees of freedom.
+
+    Parameters
+    ----------
+    problem : BoundaryValueProblem
+    trial : Trial
+    internal_variables : (p, h) float
+        At the start of the step.
+
+    Returns
+    -------
+    csr_array
+        Symmetric, both triangles [N/mm^2: N/mm per mm of thickness].
+    """
+    points, materials = trial.points, problem.materials
+    summed = points.element, problem.gradients, points.volume, points.material
+    laws = materials.law, materials.constants
+    n_entries = len(problem.pattern[1])
+    gradient, patch = points.displacement_gradient, problem.patch
+    data = finite.stiffness(
+        problem.slots, n_entries, *summed, *laws, internal_variables, gradient, patch
+    )
+    if problem.patches is not None:
+        nodes = problem.patches.nodes
+        bulk = patch_kernels.bulk_moduli(
+            len(nodes), points.volume, points.material, *laws, gradient, patch
+        )
+        data += patch_kernels.coupling(
+            problem.patch_slots,
+            n_entries,
+            nodes,
+            problem.grid.elements,
+            points.element,
+            problem.gradients,
+            points.volume,
+            bulk,
+            gradient,
+            patch,
+        )
+    return problem.matrix(data, trial.displacement)

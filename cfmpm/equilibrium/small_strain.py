@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from cfmpm.body.grid import Floats, Grid
-from cfmpm.body.loads import Loading
-from cfmpm.body.materials import Materials
-from cfmpm.body.points import MaterialPoints
-from cfmpm.body.volume_patches import Patches
-from cfmpm.equilibrium.balance import RESIDUAL_AT_FLOOR, Equilibrium, round_off, sparsity
-from cfmpm.equilibrium.contact import Contact, close_faces, faces_at_rest
+from cfmpm.body.grid import Floats
+from cfmpm.body.points import DeformedPoints
+from cfmpm.equilibrium.balance import RESIDUAL_AT_FLOOR, Equilibrium, round_off
+from cfmpm.equilibrium.contact import Contact, close_faces
+from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
-from cfmpm.kernels import assembly, constitutive, finite
+from cfmpm.kernels import assembly, constitutive
 from cfmpm.kernels import patches as patch_kernels
 from cfmpm.linear import solvers
+from cfmpm.linear.solvers import Factor
 
 # Largest unbalanced force, relative to the nodal forces, of a solution: 1e5 times what a well posed
 # scene leaves. Stiffness contrasts and slender ligaments leave more, eps |K| |u|, in any solver;
@@ -23,102 +22,76 @@ from cfmpm.linear import solvers
 RESIDUAL = 1e-8
 
 
-def assemble_stiffness(
-    grid: Grid,
-    points: MaterialPoints,
-    gradients: Floats,
-    materials: Materials,
-    loading: Loading,
-    patches: Patches | None = None,
-) -> csr_array:
+def assemble_stiffness(problem: BoundaryValueProblem) -> csr_array:
     """Sum the stiffness of the free degrees of freedom over the material points.
 
     Parameters
     ----------
-    grid : Grid
-    points : MaterialPoints
-    gradients : (p, k, 2) float
-        Basis gradients at the points [1/mm].
-    materials : Materials
-    loading : Loading
-    patches : Patches, optional
-        Over which the change of volume is averaged.
+    problem : BoundaryValueProblem
 
     Returns
     -------
     csr_array
         Symmetric, both triangles [N/mm^2: N/mm per mm of thickness].
     """
-    free = loading.free
-    indptr, indices = sparsity(grid, loading, patches)
-    shared = points.element, gradients, points.volume, points.material
-    lame = materials.lame
-    own = lame if patches is None else lame * [[0.0, 1.0]]
-    data = assembly.stiffness(grid.elements, free, indptr, indices, *shared, own)
+    grid, points, patches = problem.grid, problem.points, problem.patches
+    indptr, indices = problem.pattern
+    shared = points.element, problem.gradients, points.volume, points.material
+    free = problem.loading.free
+    data = assembly.stiffness(grid.elements, free, indptr, indices, *shared, _own(problem))
     if patches is not None:
-        patch = patches.of_triangle[points.element]
         bulk = np.zeros(len(patches.nodes))
-        bulk[patch] = lame[points.material, 0]
+        bulk[problem.patch] = problem.materials.lame[points.material, 0]
         data += patch_kernels.coupling(
-            finite.entry_slots(patches.nodes, free, indptr, indices),
+            problem.patch_slots,
             len(indices),
             patches.nodes,
             grid.elements,
             points.element,
-            gradients,
+            problem.gradients,
             points.volume,
             bulk,
             np.zeros((len(points), 2, 2)),
-            patch,
+            problem.patch,
         )
-    n = len(indptr) - 1
-    return csr_array((data, indices, indptr), shape=(n, n))
+    return problem.matrix(data, np.zeros_like(grid.nodes))
 
 
-def update_points(
-    grid: Grid,
-    points: MaterialPoints,
-    gradients: Floats,
-    materials: Materials,
-    displacement: Floats,
-    patches: Patches | None = None,
-) -> None:
-    """Give every point its displacement gradient, stress and energy, in place."""
-    lame = materials.lame
-    own = lame if patches is None else lame * [[0.0, 1.0]]
-    points.displacement_gradient, points.stress, points.energy = constitutive.linear_elastic(
-        grid.elements, points.element, gradients, points.material, own, displacement
+def deform(problem: BoundaryValueProblem, displacement: Floats) -> DeformedPoints:
+    """Return the points with displacement gradient, stress and energy of a displacement."""
+    points = problem.points
+    gradient, stress, energy = constitutive.linear_elastic(
+        problem.grid.elements,
+        points.element,
+        problem.gradients,
+        points.material,
+        _own(problem),
+        displacement,
     )
-    if patches is not None:
-        pressure, energy = patch_kernels.mean_pressure(
-            points.volume,
-            points.material,
-            lame,
-            points.displacement_gradient,
-            patches.of_triangle[points.element],
+    if problem.patches is not None:
+        pressure, shared = patch_kernels.mean_pressure(
+            points.volume, points.material, problem.materials.lame, gradient, problem.patch
         )
-        points.stress[:, :2] += pressure[:, None]
-        points.energy += energy
+        stress[:, :2] += pressure[:, None]
+        energy += shared
+    return points.deformed(gradient, stress, energy)
 
 
-def internal_force(grid: Grid, points: MaterialPoints, gradients: Floats) -> Floats:
-    """Sum the internal force of the points at every node [N/mm], (n, 2)."""
-    return assembly.internal_force(
-        grid.elements, len(grid.nodes), points.element, gradients, points.volume, points.stress
+def internal_force(problem: BoundaryValueProblem, points: DeformedPoints) -> Floats:
+    """Sum the internal force of its points, in a state, at every node [N/mm], (n, 2)."""
+    force: Floats = assembly.internal_force(
+        problem.grid.elements,
+        len(problem.grid.nodes),
+        points.element,
+        problem.gradients,
+        points.volume,
+        points.stress,
     )
+    return force
 
 
-def solve_linear(
-    stiffness: csr_array,
-    grid: Grid,
-    points: MaterialPoints,
-    gradients: Floats,
-    materials: Materials,
-    loading: Loading,
-    solver: str = "auto",
-    patches: Patches | None = None,
-) -> Equilibrium:
-    """Solve a linear scene in one step and update its points.
+def solve_linear(problem: BoundaryValueProblem, stiffness: csr_array) -> Equilibrium:
+    """Solve a linear problem in one step.
 
     K delta_d = f_ext - f_int (paper eq 13, sign put right), from the prescribed displacement. Where
     crack faces would overlap they are kept apart (`contact.close_faces`); the solution still grows
@@ -126,66 +99,51 @@ def solve_linear(
 
     Parameters
     ----------
+    problem : BoundaryValueProblem
     stiffness : csr_array
         From `assemble_stiffness`.
-    grid : Grid
-    points : MaterialPoints
-        Updated in place to the state of balance.
-    gradients : (p, k, 2) float
-    materials : Materials
-    loading : Loading
-    solver : str
-    patches : Patches, optional
-        Those of the stiffness.
 
     Returns
     -------
     Equilibrium
+        At load factor one.
 
     Raises
     ------
     SolveError
         Where the stiffness is not positive definite or the residual stays too large.
     """
-    free = ~loading.prescribed
-    displacement = loading.displacement.copy()
-    unbalanced = loading.force
+    free = ~problem.loading.prescribed
+    loads = problem.loading.at(1.0)
+    external = loads.force + problem.pull
+    displacement = loads.displacement
+    unbalanced = external
     if displacement.any():
-        update_points(grid, points, gradients, materials, displacement, patches)
-        unbalanced = loading.force - internal_force(grid, points, gradients)
-    chosen = solvers.select(stiffness.shape[0], solver)
-    modes = solvers.rigid_body_modes(grid.nodes, free) if chosen.name == "amg" else None
+        held = deform(problem, displacement)
+        unbalanced = external - internal_force(problem, held) - problem.resistance(displacement)
+    chosen = solvers.select(stiffness.shape[0], problem.solver)
+    modes = solvers.rigid_body_modes(problem.grid.nodes, free) if chosen.name == "amg" else None
     factor = chosen.factor(stiffness, modes)
     solution = factor.solve(unbalanced[free])
     displacement[free] += solution.x
-    apart = displacement
-    if grid.crack_faces:
-        faces = faces_at_rest(grid, loading.prescribed)
-        contact = close_faces(faces, loading.prescribed, apart, factor)
-    else:
-        contact = Contact(apart, np.zeros_like(apart), np.zeros(0))
-    displacement = loading.at_rest(contact.displacement)
-    update_points(grid, points, gradients, materials, displacement, patches)
-    force = internal_force(grid, points, gradients)
+    contact = _closed(problem, displacement, factor)
+    at_rest = problem.loading.at_rest(contact.displacement)
+    points = deform(problem, at_rest)
+    force = internal_force(problem, points)
     # A rigid motion ends without force: what had to be balanced on the way sets the scale.
     scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))
-    residual = np.abs((loading.force + contact.force - force)[free]).max(initial=0.0)
+    left = external + contact.force - force - problem.resistance(at_rest)
+    residual = np.abs(left[free]).max(initial=0.0)
     residual_norm = float(residual / scale) if scale > 0.0 else 0.0
     residual_floor = 0.0
     if not residual_norm <= RESIDUAL:
         # A part that only contact holds has moved far before its faces closed.
-        moved = np.maximum(np.abs(apart), np.abs(displacement))
+        moved = np.maximum(np.abs(displacement), np.abs(at_rest))
         residual_floor = round_off(stiffness, moved[free], scale)
-        if not residual_norm <= min(residual_floor, RESIDUAL_AT_FLOOR):
-            raise SolveError(
-                f"the linear solution by {chosen.name} leaves an unbalanced force of "
-                f"{residual_norm:.1e} of the largest nodal force (allowed {RESIDUAL:.0e}; "
-                f"round-off explains {residual_floor:.1e}); try another solver, and look for a "
-                "part that hangs by a single node or a sliver, or for an extreme contrast of "
-                "stiffness"
-            )
+        _require_balance(residual_norm, residual_floor, chosen.name)
     return Equilibrium(
-        displacement=displacement,
+        points=points,
+        displacement=at_rest,
         internal_force=force,
         contact_force=contact.force,
         contact_pairs=contact.pairs,
@@ -193,6 +151,32 @@ def solve_linear(
         residual_floor=residual_floor,
         solver=chosen.name,
         n_unknowns=stiffness.shape[0],
-        negative_pivots=factor.negative_pivots,
         iterations=solution.iterations,
     )
+
+
+def _own(problem: BoundaryValueProblem) -> Floats:
+    """Lame's constants of what a point resists by itself: patches share the pressure."""
+    lame = problem.materials.lame
+    return lame if problem.patches is None else lame * [[0.0, 1.0]]
+
+
+def _closed(problem: BoundaryValueProblem, displacement: Floats, factor: Factor) -> Contact:
+    """Keep crack faces apart."""
+    if not problem.crack_faces.grid.crack_faces:
+        return Contact(displacement, np.zeros_like(displacement), np.zeros(0))
+    prescribed = problem.loading.prescribed
+    faces = problem.crack_faces.at_rest(prescribed)
+    return close_faces(faces, prescribed, displacement, factor)
+
+
+def _require_balance(residual_norm: float, residual_floor: float, solver: str) -> None:
+    """SolveError where more force is unbalanced than round-off explains."""
+    if not residual_norm <= min(residual_floor, RESIDUAL_AT_FLOOR):
+        raise SolveError(
+            f"the linear solution by {solver} leaves an unbalanced force of "
+            f"{residual_norm:.1e} of the largest nodal force (allowed {RESIDUAL:.0e}; "
+            f"round-off explains {residual_floor:.1e}); try another solver, and look for a "
+            "part that hangs by a single node or a sliver, or for an extreme contrast of "
+            "stiffness"
+        )

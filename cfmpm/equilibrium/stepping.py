@@ -7,10 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from cfmpm.equilibrium.balance import Equilibrium
-from cfmpm.equilibrium.newton import (
-    March,
-    Problem,
-)
+from cfmpm.equilibrium.newton import March
+from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
 from cfmpm.linear.engine import NotPositiveDefiniteError
 
@@ -20,10 +18,11 @@ FEW_ITERATIONS, LONGER = 6, 1.5
 HALVINGS = 10
 
 
-def at_rest(problem: Problem) -> Equilibrium:
+def at_rest(problem: BoundaryValueProblem) -> Equilibrium:
     """Return the state of a body before it is loaded."""
     nothing = np.zeros((len(problem.grid.nodes), 2))
     return Equilibrium(
+        points=problem.points.at_rest(problem.materials.n_internal),
         displacement=nothing,
         internal_force=nothing,
         contact_force=nothing,
@@ -32,16 +31,14 @@ def at_rest(problem: Problem) -> Equilibrium:
         residual_floor=0.0,
         solver="",
         n_unknowns=0,
-        negative_pivots=0.0,
         iterations=0,
         load_factor=0.0,
         finite=True,
         external_work=0.0,
-        history=problem.materials.virgin_history(len(problem.points)),
     )
 
 
-def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
+def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> Equilibrium:
     """Change the load factor, in as many steps as it takes, through stable states only.
 
     A state is accepted when its forces balance, its stiffness is positive definite, no point is
@@ -49,8 +46,7 @@ def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
 
     Parameters
     ----------
-    problem : Problem
-        Its points are updated in place.
+    problem : BoundaryValueProblem
     last : Equilibrium
         In balance at its load factor.
     target : float
@@ -66,10 +62,10 @@ def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
     SolveError
         Where the last one is where it began.
     """
-    march = March(problem, last.history)
-    balance, state = last, march.state(last.displacement)
-    march.factor_at(state)
-    rate = march.rate(state)
+    march = March(problem, last.points.internal_variables)
+    balance, at = last, march.trial(last.displacement)
+    march.factor_at(at)
+    rate = march.rate(at)
     length = march.first_step(rate, target - last.load_factor)
     shortest = abs(length) * 0.5**HALVINGS
     while balance.load_factor != target:
@@ -77,14 +73,14 @@ def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
         # No last step that is much shorter than the others.
         goal = target if abs(remaining) < 1.2 * abs(length) else balance.load_factor + length
         try:
-            start = state.displacement + (goal - balance.load_factor) * rate
-            found = march.balance(march.state(march.apart(start)), goal, state.internal_force)
-            march.check_jump(state, found.state)
+            start = at.displacement + (goal - balance.load_factor) * rate
+            found = march.balance(march.trial(march.apart(start)), goal, at.internal_force)
+            march.check_jump(at, found.trial)
         except SolveError as failure:
             length = 0.5 * (goal - balance.load_factor)
             if abs(length) >= shortest:
                 # The stiffness factored last is that of a state that was not accepted.
-                march.factor_at(state)
+                march.factor_at(at)
                 continue
             reason = (
                 f"no stable state was found between load factors {balance.load_factor:.6g} and "
@@ -93,22 +89,21 @@ def advance(problem: Problem, last: Equilibrium, target: float) -> Equilibrium:
             if balance is last:
                 raise SolveError(reason) from failure
             return replace(balance, stopped=reason)
-        balance = march.accept(balance, state, found, goal)
-        state = found.state
+        balance = march.accept(balance, at, found, goal)
+        at = found.trial
         if balance.load_factor != target:
-            rate = march.rate(state)
+            rate = march.rate(at)
         if len(found.residuals) - 1 <= FEW_ITERATIONS:
             length *= LONGER
     return balance
 
 
-def rebalance(problem: Problem, last: Equilibrium) -> Equilibrium:
+def rebalance(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium:
     """Find the balance of a body whose grid has just been changed, at the load it is at.
 
     Parameters
     ----------
-    problem : Problem
-        Its points are updated in place.
+    problem : BoundaryValueProblem
     last : Equilibrium
         With the displacement carried over to the grid as it is now.
 
@@ -121,8 +116,8 @@ def rebalance(problem: Problem, last: Equilibrium) -> Equilibrium:
     SolveError
         Where there is no stable state near by.
     """
-    march = March(problem, last.history)
-    before = march.state(last.displacement)
+    march = March(problem, last.points.internal_variables)
+    before = march.trial(last.displacement)
     found = march.balance(before, last.load_factor, before.internal_force)
     return march.accept(last, before, found, last.load_factor)
 

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 
 from cfmpm.body.grid import CrackTip, Floats, Grid
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels import eshelby, finite
 
 
 def nodal_force(
-    grid: Grid, points: MaterialPoints, gradients: Floats, body_force: Floats
+    grid: Grid, points: DeformedPoints, gradients: Floats, body_force: Floats
 ) -> Floats:
     """Sum the configurational force at every node of the grid.
 
     Parameters
     ----------
     grid : Grid
-    points : MaterialPoints
+    points : DeformedPoints
     gradients : (p, k, 2) float
         Basis gradients at the points [1/mm].
     body_force : (2,) float
@@ -35,7 +35,7 @@ def nodal_force(
 
 
 def finite_nodal_force(
-    grid: Grid, points: MaterialPoints, gradients: Floats, body_force: Floats
+    grid: Grid, points: DeformedPoints, gradients: Floats, body_force: Floats
 ) -> Floats:
     """Sum the configurational force of finite deformation at every node of the grid.
 
@@ -53,13 +53,13 @@ def finite_nodal_force(
     return force + _of_body_force(grid, points, body_force)
 
 
-def _summed(grid: Grid, points: MaterialPoints, gradients: Floats) -> tuple[Any, ...]:
+def _summed(grid: Grid, points: DeformedPoints, gradients: Floats) -> tuple[Any, ...]:
     """What the sums over points take."""
     state = points.displacement_gradient, points.stress, points.energy
     return grid.elements, len(grid.nodes), points.element, gradients, points.volume, *state
 
 
-def _of_body_force(grid: Grid, points: MaterialPoints, body_force: Floats) -> Floats:
+def _of_body_force(grid: Grid, points: DeformedPoints, body_force: Floats) -> Floats:
     """The part of the configurational force that a body force adds."""
     if not body_force.any():
         return np.zeros((len(grid.nodes), 2))

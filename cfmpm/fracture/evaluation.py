@@ -11,7 +11,7 @@ import numpy as np
 from cfmpm.body.body import Body
 from cfmpm.body.crack_faces import smallest_openings
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints
 from cfmpm.body.tip_domains import FILL, sharp_bend
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import cf
@@ -35,10 +35,10 @@ def evaluate_tips(
     Parameters
     ----------
     body : Body
-        In balance.
     gradients : (p, k, 2) float
         Basis gradients at its quadrature points [1/mm].
     balance : Equilibrium
+        Of the body.
     nodal : (n, 2) float
         From `cf.nodal_force`.
     plastic : (n, 2) float, optional
@@ -50,7 +50,7 @@ def evaluate_tips(
         By the names of a history's variables, (tip,) or (tip, radius). Values without
         ``_radius`` are those of the largest radius.
     """
-    grid, body_force = body.grid, balance.load_factor * body.loading.body_force
+    grid, body_force = body.grid, body.loading.at(balance.load_factor).body_force
     growth = body.scene.growth
     direction = direction_by("max_hoop" if growth is None else growth.direction)
     openings = smallest_openings(grid, balance.displacement, balance.finite)
@@ -137,7 +137,7 @@ class _Neighbourhood:
     """What lies around one tip, cut out once: rings cost what they hold, not the whole body."""
 
     grid: Grid
-    points: MaterialPoints
+    points: DeformedPoints
     gradients: Floats
     nodal: Floats
     contact_force: Floats | None
@@ -154,7 +154,7 @@ class _Neighbourhood:
         radius: float,
     ) -> _Neighbourhood:
         """Cut out the triangles with a node within a radius [mm]."""
-        grid, points = body.grid, body.integration
+        grid, points = body.grid, balance.points
         if balance.contact_pairs:
             # Contact is summed over crack faces, which are numbered with the whole grid.
             return cls(grid, points, gradients, nodal, balance.contact_force, tip)
@@ -171,7 +171,7 @@ class _Neighbourhood:
                 nodes=grid.nodes[nodes],
                 elements=local.reshape(-1, grid.elements.shape[1]),
             ),
-            points=MaterialPoints(**cut),
+            points=DeformedPoints(**cut),
             gradients=gradients[rows],
             nodal=nodal[nodes],
             contact_force=None,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
 from cfmpm.body.materials import Materials, plane_modulus
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels import constitutive, eshelby
 
 # Within the first number of element sizes from a closed tip the contact pressure is taken from a
@@ -33,7 +33,7 @@ class IntensityFactors:
 
 def intensity_factors(
     grid: Grid,
-    points: MaterialPoints,
+    points: DeformedPoints,
     gradients: Floats,
     material: Materials,
     tip: CrackTip,
@@ -47,7 +47,7 @@ def intensity_factors(
     Parameters
     ----------
     grid : Grid
-    points : MaterialPoints
+    points : DeformedPoints
     gradients : (p, k, 2) float
         Basis gradients at the points [1/mm].
     material : Materials

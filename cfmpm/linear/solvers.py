@@ -64,17 +64,10 @@ class Solution:
 
 
 class Factor:
-    """A factored stiffness.
-
-    Attributes
-    ----------
-    negative_pivots : float
-        0, as a matrix with a negative pivot raises instead; nan for ``amg``, which has no pivots.
-    """
+    """A factored stiffness."""
 
     def __init__(self, solver: LinearSolver, K: csr_array, modes: Floats | None = None) -> None:
         self._solver = solver
-        self.negative_pivots = 0.0 if solver.engine.direct else np.nan
         self._K = _checked(K)
         self._engine: Engine | None = None
         if self.n_unknowns:

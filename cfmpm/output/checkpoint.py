@@ -16,7 +16,7 @@ from cfmpm.body import body as bodies
 from cfmpm.body.body import Body, Grown
 from cfmpm.body.grid import Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
-from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.body.points import DeformedPoints, MaterialPoints, seed
 from cfmpm.build import materials_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import Problem, SceneError
@@ -47,7 +47,7 @@ class Start:
 
 
 # Of the layout of the file.
-FORMAT = 4
+FORMAT = 5
 # Of `Motion`, what does not follow from the reference.
 MOTION = ("displacement", "triangle", "base", "smoothed")
 Arrays = dict[str, NDArray[Any]]
@@ -94,6 +94,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **_columns("domains", body.domains),
         **_columns("quadrature", body.quadrature),
         **_columns("balance", stage.balance),
+        **_columns("balance.points", None if stage.balance is None else stage.balance.points),
         **_steps(record.steps),
         **_motion(body),
     }
@@ -167,18 +168,26 @@ def _numbers(balance: Equilibrium | None) -> dict[str, Any] | None:
     if balance is None:
         return None
     values = {field.name: getattr(balance, field.name) for field in fields(balance)}
-    return {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
+    tables = np.ndarray, MaterialPoints
+    return {name: value for name, value in values.items() if not isinstance(value, tables)}
 
 
 def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium | None:
     if numbers is None:
         return None
-    columns = {
-        key.removeprefix("balance."): array
-        for key, array in arrays.items()
-        if key.startswith("balance.")
+    names = [field.name for field in fields(Equilibrium)]
+    columns: dict[str, Any] = {
+        name: arrays[f"balance.{name}"] for name in names if f"balance.{name}" in arrays
     }
+    columns["points"] = _table(arrays, "balance.points", DeformedPoints)
     return Equilibrium(**{**numbers, "residuals": tuple(numbers["residuals"]), **columns})
+
+
+def _table(arrays: Arrays, prefix: str, kind: Any) -> Any:
+    """Read what `_columns` wrote; None where that was nothing."""
+    if f"{prefix}.{fields(kind)[0].name}" not in arrays:
+        return None
+    return kind(**{field.name: arrays[f"{prefix}.{field.name}"] for field in fields(kind)})
 
 
 def _steps(steps: list[StepRecord]) -> Arrays:
@@ -231,16 +240,10 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         points=texts["points"],
     )
     names = {place: name for name, place in record.origin.tips.items()}
-
-    def table(prefix: str, kind: Any) -> Any:
-        if f"{prefix}.{fields(kind)[0].name}" not in arrays:
-            return None
-        return kind(**{field.name: arrays[f"{prefix}.{field.name}"] for field in fields(kind)})
-
     grid = bodies.named_grid(mesh, record.full, names)
-    points = table("points", MaterialPoints)
+    points = _table(arrays, "points", MaterialPoints)
     materials = materials_of(record.full, mesh.region_names)
-    quadrature = table("quadrature", Quadrature)
+    quadrature = _table(arrays, "quadrature", Quadrature)
     if record.full.formulation == "updated":
         body = reset.begin(bodies.compose(record.full, materials, mesh, grid, seed(grid)))
         kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
@@ -251,7 +254,7 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         mesh,
         grid,
         points,
-        table("domains", ParticleDomains),
+        _table(arrays, "domains", ParticleDomains),
         quadrature,
         Grown(**texts["grown"]),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +12,8 @@ import xarray as xr
 from cfmpm import mechanics
 from cfmpm.body.grid import Floats, Grid, Ints, Triangulation
 from cfmpm.body.materials import stress_across
-from cfmpm.body.points import MaterialPoints, seed
-from cfmpm.equilibrium import small_strain
+from cfmpm.body.points import DeformedPoints, seed
+from cfmpm.equilibrium import newton, small_strain
 from cfmpm.scene import Scene
 
 if TYPE_CHECKING:
@@ -180,24 +181,21 @@ def _topology() -> dict[str, Any]:
     }
 
 
-def _state_at_seeds(state: State) -> MaterialPoints:
+def _state_at_seeds(state: State) -> DeformedPoints:
     """The state at the places of the first material points of a grid."""
     grid, finite = state.grid, state.balance.finite
     if finite and state.body.quadrature is None:
         return state.points
     seeds = seed(grid)
     gradients = grid.basis_gradients(seeds.element, seeds.position)
-    if finite:
-        mechanics.update_elastic(state.body, seeds, gradients, state.displacement)
-    else:
-        body = state.body
-        small_strain.update_points(
-            grid, seeds, gradients, body.materials, state.displacement, body.patches
-        )
-    return seeds
+    problem = mechanics.problem_of(replace(state.body, points=seeds, quadrature=None), gradients)
+    if not finite:
+        return small_strain.deform(problem, state.displacement)
+    nothing = np.zeros((len(seeds), problem.materials.n_internal))
+    return newton.deform(problem, state.displacement, nothing)[0]
 
 
-def _with_sigma_zz(points: MaterialPoints, state: State) -> Floats:
+def _with_sigma_zz(points: DeformedPoints, state: State) -> Floats:
     """sigma_xx, sigma_yy, sigma_xy, sigma_zz of points, (p, 4)."""
     materials = state.body.materials
     if state.balance.finite:

@@ -19,6 +19,8 @@ from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.output import choices, variables, warnings
 from cfmpm.output.history import StepRecord, build_history
+from cfmpm.registry.solvers import SOLVERS
+from cfmpm.registry.table import load
 from cfmpm.scene.model import Scene
 from cfmpm.state import State
 
@@ -306,19 +308,18 @@ def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, 
     """What the dead loads have moved through and the force on the grips, per load factor [N]."""
     loading, u = body.loading, balance.displacement
     # Zero where a support prescribes the displacement: a force there does no work.
-    free = u - balance.load_factor * loading.displacement
-    applied = float((loading.force * free).sum())
-    reaction = float(
-        ((balance.internal_force - balance.contact_force) * loading.displacement).sum()
-    )
+    free = u - loading.at(balance.load_factor).displacement
+    unit = loading.per_factor
+    applied = float((unit.force * free).sum())
+    reaction = float(((balance.internal_force - balance.contact_force) * unit.displacement).sum())
     return scale * applied, scale * reaction
 
 
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Energies, counts and the forces and displacements of the loaded parts."""
-    loading, source, u = body.loading, body.integration, balance.displacement
+    loading, source, u = body.loading, balance.points, balance.displacement
     # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
-    applied = balance.load_factor * loading.force
+    applied = loading.at(balance.load_factor).force
     held = balance.internal_force - applied - balance.contact_force
     parts, factor = loading.boundaries.values(), balance.load_factor
     reaction = np.array(
@@ -343,8 +344,8 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     return values | {
         "strain_energy": np.sum(source.energy * source.volume),
         "plastic_work": (
-            np.sum(body.materials.plastic_work(source.material, balance.history) * source.volume)
-            if balance.history.size
+            np.sum(body.materials.plastic_work(source) * source.volume)
+            if source.internal_variables.size
             else np.nan
         ),
         "newton_iterations": balance.newton_iterations,
@@ -352,7 +353,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "unstable_points": balance.unstable_points,
         "finite_effect": balance.finite_effect,
         "residual_norm": balance.residual_norm,
-        "negative_pivots": balance.negative_pivots,
+        "negative_pivots": _negative_pivots(balance.solver),
         "n_points": len(body.points),
         "n_nodes": len(body.grid.nodes),
         "n_unknowns": balance.n_unknowns,
@@ -366,6 +367,15 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "displacement_y": motion[:, 1],
         "displacement": along,
     }
+
+
+def _negative_pivots(solver: str) -> float:
+    """Number of negative pivots of a state that was accepted.
+
+    None: a solver that finds one raises. nan where the solver has no pivots to count; zero where
+    nothing had to be solved.
+    """
+    return 0.0 if not solver or load(SOLVERS[solver].place).direct else np.nan
 
 
 def _nominal_radii(body: Body) -> list[float]:

@@ -114,12 +114,10 @@ def _adds_up(body: Body, balance: Equilibrium) -> bool:
     """Whether the work of the loads is what is stored and what plastic flow has taken."""
     if body.motion is not None or body.scene.growth is not None:
         return True
-    volume = body.integration.volume
-    spent = np.sum(body.integration.energy * volume)
-    if balance.history.size:
-        spent += np.sum(
-            body.materials.plastic_work(body.integration.material, balance.history) * volume
-        )
+    points = balance.points
+    spent = np.sum(points.energy * points.volume)
+    if points.internal_variables.size:
+        spent += np.sum(body.materials.plastic_work(points) * points.volume)
     return bool(abs(balance.external_work - spent) <= IMBALANCE * max(abs(spent), 1e-300))
 
 
@@ -128,7 +126,7 @@ def _leans(body: Body, balance: Equilibrium) -> bool:
     places = tuple(body.loading.turning.T)
     if not balance.finite or not body.loading.turning.size:
         return False
-    force = balance.internal_force - balance.load_factor * body.loading.force
+    force = balance.internal_force - body.loading.at(balance.load_factor).force
     largest = np.abs(balance.internal_force).max(initial=0.0)
     return bool(np.abs(force[places]).max() > 1e-6 * largest)
 
@@ -336,7 +334,7 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
             "node next to its way that may not move"
         )
     if body.motion is not None:
-        found += _alarms(body, body.motion)
+        found += _alarms(body, body.motion, balance)
     elif body.empty_elements:
         found.append(
             "growth.transfer: paper left triangles without a material point (empty_elements), and "
@@ -345,7 +343,7 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     return found
 
 
-def _alarms(body: Body, motion: Motion) -> Iterator[str]:
+def _alarms(body: Body, motion: Motion, balance: Equilibrium) -> Iterator[str]:
     """Name what is wrong with the grid that a body was reset on."""
     if body.empty_elements:
         yield (
@@ -360,16 +358,16 @@ def _alarms(body: Body, motion: Motion) -> Iterator[str]:
             "which is nearly without stiffness; updated.ghost: 0.1, which needs mesh.element: T3, "
             "stabilises it"
         )
-    if _volume_ratios(body).min() < LEAST_VOLUME:
+    if _volume_ratios(body, balance).min() < LEAST_VOLUME:
         yield (
             f"a material point has less than {LEAST_VOLUME:g} of its volume left (min_det_F): "
             "points are crushed where the grid has come apart from them"
         )
 
 
-def _volume_ratios(body: Body) -> NDArray[np.float64]:
+def _volume_ratios(body: Body, balance: Equilibrium) -> NDArray[np.float64]:
     """Volume over that of the reference, as the material feels it: a mean over each patch."""
-    points = body.points
+    points = balance.points
     ratio = np.linalg.det(np.eye(2) + points.displacement_gradient)
     if body.patches is None:
         return ratio

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cfmpm.body import particle_domains
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.body.motion import Motion, interpolate
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints, MaterialPoints
 from cfmpm.errors import SolveError
 from cfmpm.kernels import clipping
 
@@ -18,7 +18,7 @@ from cfmpm.kernels import clipping
 LOST = 1e-6
 
 
-def moved_points(points: MaterialPoints, grid: Grid, displacement: Floats) -> MaterialPoints:
+def moved_points(points: DeformedPoints, grid: Grid, displacement: Floats) -> DeformedPoints:
     """Carry points along with the grid."""
     by = interpolate(grid, displacement, points.element, points.position)
     return replace(points, position=points.position + by)
@@ -74,20 +74,20 @@ def clipped(
     )
 
 
-def with_state(quadrature: particle_domains.Quadrature, points: MaterialPoints) -> MaterialPoints:
+def with_state(quadrature: particle_domains.Quadrature, points: DeformedPoints) -> DeformedPoints:
     """Give each piece the state of its point."""
-    return MaterialPoints(
-        position=quadrature.position,
-        volume=quadrature.volume,
-        element=quadrature.element,
-        material=quadrature.material,
-        displacement_gradient=points.displacement_gradient[quadrature.owner],
-        stress=points.stress[quadrature.owner],
-        energy=points.energy[quadrature.owner],
+    own = particle_domains.as_points(quadrature)
+    owner = quadrature.owner
+    return own.deformed(
+        points.displacement_gradient[owner],
+        points.stress[owner],
+        points.energy[owner],
+        points.internal_variables[owner],
     )
 
 
-def volume_ratio(points: MaterialPoints) -> Floats:
-    h = points.displacement_gradient
+def volume_ratio(displacement_gradient: Floats) -> Floats:
+    """Return det F, (p,)."""
+    h = displacement_gradient
     det = h[:, 0, 0] * h[:, 1, 1] - h[:, 0, 1] * h[:, 1, 0]
     return 1.0 + h[:, 0, 0] + h[:, 1, 1] + det

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.loads import hold_nodes
 from cfmpm.body.motion import Motion, nearest_filled
 from cfmpm.body.points import locate
-from cfmpm.body.springs import Springs, ghost, join, supports
+from cfmpm.body.springs import Springs, ghost, supports
 from cfmpm.errors import SolveError
 from cfmpm.kernels import assembly
 from cfmpm.updated.grids import (
@@ -37,7 +38,7 @@ def load_grid(body: Body, motion: Motion) -> Body:
     touched = np.zeros(len(grid.nodes), bool)
     touched[grid.elements[filled]] = True
     floating = np.flatnonzero(~touched)
-    area = np.bincount(rows.element, rows.volume * volume_ratio(rows), len(grid.elements))
+    area = np.bincount(rows.element, rows.volume * volume_ratio(motion.base), len(grid.elements))
     fill = area / grid.areas
     loading = motion.loading
     force = loading.force - loading.own_weight
@@ -63,7 +64,7 @@ def load_grid(body: Body, motion: Motion) -> Body:
             loose=np.zeros((0, 1, 2)),
             node_area=np.ones((1, 1)),
         )
-    motion = replace(motion, springs=_springs(body, motion, fill))
+    motion = replace(motion, forces=tuple(_springs(body, motion, fill)))
     own_weight = np.zeros_like(force)
     if loading.body_force.any():
         shape = grid.basis_values(rows.element, rows.position)
@@ -109,20 +110,22 @@ def _spread(grid: Grid, motion: Motion, force: Floats) -> Floats:
     return on_nodes
 
 
-def _springs(body: Body, motion: Motion, fill: Floats) -> Springs | None:
+def _springs(body: Body, motion: Motion, fill: Floats) -> Iterator[Springs]:
     """Hold the tracers in a fixed grid, and stabilise what holds little material."""
-    grid, loading, held = body.grid, motion.loading, None
+    grid, loading = body.grid, motion.loading
     modulus = largest_modulus(body)
     if is_fixed(body):
         tracer, axis = np.nonzero(loading.prescribed)
-        held = supports(
+        yield supports(
             grid,
             motion.carrier[tracer],
             motion.tracers[tracer],
             axis,
             STIFFNESS * modulus,
             motion.displacement[tracer, axis],
-            loading.displacement[tracer, axis],
+            loading.per_factor.displacement[tracer, axis],
         )
     weight = body.scene.updated.ghost * modulus
-    return join(held, ghost(grid, fill, LITTLE, weight) if weight else None)
+    stabilisation = ghost(grid, fill, LITTLE, weight) if weight else None
+    if stabilisation is not None:
+        yield stabilisation

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from cfmpm.body import particle_domains
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats
 from cfmpm.body.motion import Motion
 from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium.contact import CrackFaces
 from cfmpm.fracture import cf
 from cfmpm.kernels import finite
 from cfmpm.updated.grids import (
@@ -41,15 +42,15 @@ def pull_back(gradients: Floats, base: Floats) -> Floats:
     return gradients + np.einsum("qki,qij->qkj", gradients, base)
 
 
-def closed_faces(body: Body, motion: Motion) -> dict[str, Any]:
-    """Return what contact of crack faces is found from, as fields of `newton.Problem`.
+def closed_faces(body: Body, motion: Motion) -> CrackFaces:
+    """Return the crack faces that may touch.
 
     The nodes of a following grid are those of the reference. In a fixed grid the two faces of the
     material are not where the doubled nodes are, and contact is left out.
     """
     if is_fixed(body):
-        return {"faces": replace(body.grid, crack_faces={})}
-    return {"faces": motion.reference, "carried": motion.displacement}
+        return CrackFaces(replace(body.grid, crack_faces={}))
+    return CrackFaces(motion.reference, motion.displacement)
 
 
 def in_reference(
@@ -75,26 +76,23 @@ def in_reference(
         return body, gradients, balance
     points = replace(body.points, position=motion.position, element=motion.element)
     seen = replace(
-        body,
-        grid=motion.reference,
-        points=points,
-        quadrature=None,
-        integration=points,
-        loading=motion.loading,
+        body, grid=motion.reference, points=points, quadrature=None, loading=motion.loading
     )
     displacement = motion.traced(body.grid, everywhere(body, balance.displacement))
     force = balance.internal_force
     if is_fixed(body):
         # What moves past the grid is held by springs.
-        loading, factor = motion.loading, balance.load_factor
-        slip = factor * loading.displacement - displacement
-        held = np.where(loading.prescribed, STIFFNESS * largest_modulus(body) * slip, 0.0)
-        force = factor * loading.force + held
+        loads = motion.loading.at(balance.load_factor)
+        slip = loads.displacement - displacement
+        prescribed = motion.loading.prescribed
+        held = np.where(prescribed, STIFFNESS * largest_modulus(body) * slip, 0.0)
+        force = loads.force + held
     return (
         seen,
         motion.gradients,
         replace(
             balance,
+            points=particle_domains.means(points, body.quadrature, balance.points),
             displacement=displacement,
             internal_force=force,
             contact_force=np.zeros_like(force) if is_fixed(body) else balance.contact_force,
@@ -112,14 +110,14 @@ def material_force(body: Body, balance: Equilibrium) -> Floats:
     Parameters
     ----------
     body : Body
-        From `in_reference`.
     balance : Equilibrium
+        Both from `in_reference`.
     """
     motion = body.motion
     assert motion is not None
-    grid, points = body.grid, body.points
-    density = balance.load_factor * body.loading.body_force
-    nodal = cf.finite_nodal_force(grid, points, motion.gradients, density)
+    grid, points = body.grid, balance.points
+    loads = body.loading.at(balance.load_factor)
+    nodal = cf.finite_nodal_force(grid, points, motion.gradients, loads.body_force)
     internal = finite.internal_force(
         grid.elements,
         len(grid.nodes),
@@ -129,7 +127,7 @@ def material_force(body: Body, balance: Equilibrium) -> Floats:
         points.displacement_gradient,
         points.stress,
     )
-    applied = balance.load_factor * body.loading.force + balance.contact_force
+    applied = loads.force + balance.contact_force
     return nodal + internal - applied
 
 
@@ -153,8 +151,8 @@ def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Fl
     motion = body.motion
     if motion is None:
         return {}
-    force = balance.load_factor * body.loading.body_force
-    nodal = cf.finite_nodal_force(body.grid, body.integration, gradients, force)
+    force = body.loading.at(balance.load_factor).body_force
+    nodal = cf.finite_nodal_force(body.grid, balance.points, gradients, force)
     traced = motion.reference.nodes + motion.traced(
         body.grid, everywhere(body, balance.displacement)
     )

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from cfmpm.body import particle_domains
-from cfmpm.body.body import Body
+from cfmpm.body.body import Body, locate
 from cfmpm.body.grid import Floats
 from cfmpm.body.motion import Motion
-from cfmpm.body.points import MaterialPoints, relocate
+from cfmpm.body.points import MaterialPoints
 from cfmpm.body.volume_patches import build_patches
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.updated.grids import (
@@ -65,7 +65,7 @@ def begin(body: Body) -> Body:
         carrier=a_triangle_of_each(grid),
         base=np.zeros((len(points), 2, 2)),
         smoothed=np.zeros(len(grid.nodes), bool),
-        springs=None,
+        forces=(),
         resets=0,
         fill=1.0,
     )
@@ -109,32 +109,29 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
         grid, smoothed, changed = followed(body, traced, moved)
     motion = replace(motion, displacement=traced, smoothed=smoothed, resets=motion.resets + changed)
     points, quadrature = body.points, body.quadrature
-    rows = moved_points(body.integration, old, moved)
+    rows = moved_points(balance.points, old, moved)
     if body.scene.updated.integration == "points":
-        points = rows
+        points = replace(points, position=rows.position)
     else:
         corners = motion.tracers[motion.reference.triangles]
         points = replace(points, position=corners.mean(axis=1))
         if changed:
+            carried = particle_domains.means(points, quadrature, balance.points)
             quadrature = clipped(motion, points, grid, fixed=is_fixed(body))
-            rows = with_state(quadrature, points)
+            rows = with_state(quadrature, carried)
         elif quadrature is None:
-            points = rows
+            points = replace(points, position=rows.position)
         else:
             quadrature = replace(quadrature, position=rows.position)
-    rows.element = relocate(grid, rows, LEFT)
-    body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
+    body = locate(replace(body, grid=grid, points=points, quadrature=quadrature), LEFT)
     motion = replace(motion, base=rows.displacement_gradient)
-    history = balance.history
-    if len(history) != len(rows):
-        history = np.zeros((len(rows), 0))
     nothing = np.zeros_like(grid.nodes)
     return load_grid(body, motion), replace(
         balance,
+        points=replace(rows, element=body.integration.element),
         displacement=nothing,
         internal_force=nothing,
         contact_force=nothing,
-        history=history,
     )
 
 
@@ -164,8 +161,6 @@ def restore(
     """
     motion = body.motion
     assert motion is not None
-    rows = points if quadrature is None else with_state(quadrature, points)
-    rows.displacement_gradient = kept["base"]
     grid = replace(body.grid, nodes=nodes)
-    body = replace(body, grid=grid, points=points, quadrature=quadrature, integration=rows)
+    body = replace(body, grid=grid, points=points, quadrature=quadrature)
     return load_grid(body, replace(motion, **kept))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cfmpm.body.materials import Materials, material_table, stress_across
-from cfmpm.body.points import MaterialPoints
+from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels.laws import dispatch
 
 LAM, MU = 1.2e5, 8e4
@@ -49,7 +49,7 @@ def table(*words, lam=None, plastic=(YIELD, HARDENING)) -> Materials:
 
 def points_of(gradients, stress, material):
     n = len(gradients)
-    return MaterialPoints(
+    return DeformedPoints(
         position=np.zeros((n, 2)),
         volume=np.ones(n),
         element=np.zeros(n, np.int64),
@@ -57,6 +57,7 @@ def points_of(gradients, stress, material):
         displacement_gradient=gradients,
         stress=stress,
         energy=np.zeros(n),
+        internal_variables=np.zeros((n, 0)),
     )
 
 

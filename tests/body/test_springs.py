@@ -7,8 +7,7 @@ import pytest
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
-from cfmpm.body.springs import ghost, join, supports
-from cfmpm.kernels import assembly
+from cfmpm.body.springs import ghost, supports
 
 
 @pytest.fixture
@@ -17,7 +16,7 @@ def grid():
 
 
 def energy(springs, u):
-    return 0.5 * np.sum(u.ravel() * (springs.stiffness @ u.ravel()))
+    return 0.5 * np.sum(u.ravel() * (springs.matrix @ u.ravel()))
 
 
 def test_support_is_the_derivative_of_its_energy(grid):
@@ -49,7 +48,7 @@ def test_ghost_feels_jumps_of_the_gradient_and_nothing_else(grid):
     springs = ghost(grid, fill, 0.6, 10.0)
     assert springs is not None
     linear = grid.nodes @ np.array([[0.3, -0.2], [0.7, 0.1]]) + np.array([3.0, -1.0])
-    scale = abs(springs.stiffness).max()
+    scale = abs(springs.matrix).max()
     assert abs(springs.resistance(linear)).max() < 1e-13 * scale
     u = np.random.default_rng(1).normal(size=grid.nodes.shape)
     # Side by side from the definition.
@@ -76,7 +75,7 @@ def test_ghost_does_not_cross_a_crack(grid):
     springs = ghost(grid, fill, 0.6, 10.0)
     left, right = (grid.crack_faces["crack_1"][:, side] for side in (0, 1))
     pairs = {tuple(sorted(pair)) for pair in np.column_stack([left // 3, right // 3]).tolist()}
-    stiffness = springs.stiffness.toarray()
+    stiffness = springs.matrix.toarray()
     for e, other in pairs:
         own = np.setdiff1d(grid.triangles[e], grid.triangles[other])
         far = np.setdiff1d(grid.triangles[other], grid.triangles[e])
@@ -89,25 +88,8 @@ def test_ghost_only_where_one_side_holds_little_and_both_hold_some(grid):
     fill = np.ones(len(grid.elements))
     assert ghost(grid, fill, 0.6, 10.0) is None
     fill[5] = 0.1
-    touched = ghost(grid, fill, 0.6, 10.0).stiffness.nonzero()[0] // 2
+    touched = ghost(grid, fill, 0.6, 10.0).matrix.nonzero()[0] // 2
     near = np.append(grid.twins[5][grid.twins[5] >= 0] // 3, 5)
     assert set(touched) == set(grid.triangles[near].ravel())
     fill[near[:-1]] = 0.0
     assert ghost(grid, fill, 0.6, 10.0) is None
-
-
-def test_entries_find_their_places(grid):
-    fill = np.full(len(grid.elements), 0.5)
-    springs = join(ghost(grid, fill, 0.6, 10.0), None)
-    free = np.flatnonzero(np.random.default_rng(2).random(2 * len(grid.nodes)) < 0.7)
-    number = np.full(2 * len(grid.nodes), -1)
-    number[free] = np.arange(len(free))
-    pattern = assembly.sparsity(grid.elements, number.reshape(-1, 2))
-    indptr, indices = springs.united(pattern, free)
-    values = springs.entries((indptr, indices), free)
-    dense = np.zeros((len(free), len(free)))
-    rows = np.repeat(np.arange(len(free)), np.diff(indptr))
-    dense[rows, indices] = values
-    np.testing.assert_array_equal(dense, springs.stiffness.toarray()[np.ix_(free, free)])
-    own = np.repeat(np.arange(len(free)), np.diff(pattern[0])) * len(free) + pattern[1]
-    assert np.isin(own, rows * len(free) + indices).all()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cfmpm import build
-from cfmpm.body.transfer import carry_over
+from cfmpm.body.transfer import interpolate_displacement
 from cfmpm.fracture import growing
 from cfmpm.scene.reading import scene_from_dict
 
@@ -31,14 +31,14 @@ def test_fields_of_the_basis_are_carried_over_exactly(element):
         power = 1 if element == "T3" else 2
         return np.column_stack([x**power - y, y**power + 2.0 * x])
 
-    carried = carry_over(start.grid, field(start.grid), grown.grid)
+    carried = interpolate_displacement(start.grid, field(start.grid), grown.grid)
     np.testing.assert_allclose(carried, field(grown.grid), atol=1e-9)
 
     faces = np.zeros_like(start.grid.nodes)
     pairs = start.grid.crack_faces[tip.crack]
     left = start.grid.edge_nodes(pairs[:, 0]).ravel()
     faces[left[left != tip.node]] = [0.0, 1.0]
-    carried = carry_over(start.grid, faces, grown.grid)
+    carried = interpolate_displacement(start.grid, faces, grown.grid)
     old = {tuple(x) for x in start.grid.nodes[left[left != tip.node]]}
     here = [i for i, x in enumerate(grown.grid.nodes) if tuple(x) in old]
     # Of each pair of nodes on the old faces the left one has moved, and the right one has not.

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import cfmpm
+from cfmpm import mechanics
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.errors import SolveError
 from cfmpm.scene.reading import scene_from_dict
@@ -115,21 +116,14 @@ def test_a_point_turned_inside_out_is_no_state():
     """Also where its law would give a stress."""
     result = pulled(100.0)
     grid, points = result.grid, result.body.integration
-    problem = newton.Problem(
-        grid,
-        points,
-        grid.basis_gradients(points.element, points.position),
-        np.zeros((len(points), 2, 2)),
-        result.body.materials,
-        result.loading,
-    )
-    march = newton.March(problem, result.balance.history)
+    problem = mechanics.problem_of(*mechanics.locate(result.body))
+    march = newton.March(problem, result.balance.points.internal_variables)
     for mirrored in ([-1.5, 1.0], [1.0, -1.5], [-1.0, 1.0]):
         moved = grid.nodes * mirrored - grid.nodes
         with pytest.raises(SolveError, match=f"{len(points)} material points would be turned"):
-            march.state(moved)
+            march.trial(moved)
     # A half turn is none.
-    assert march.state(-2.0 * grid.nodes).energy == pytest.approx(0.0, abs=1e-20)
+    assert march.trial(-2.0 * grid.nodes).points.energy == pytest.approx(0.0, abs=1e-20)
 
 
 @pytest.mark.parametrize("solver", ["superlu", "amg"])
@@ -172,7 +166,6 @@ class TestLimitPoint:
         reached = 1.2 * float(history.load_factor[-1])
         assert 0.999 < reached < 1.0
         assert np.isfinite(history.strain_energy).all()
-        assert (history.negative_pivots == 0).all()
 
     def test_a_stretch_that_would_jump_is_not_taken(self):
         """Neo-Hookean carries the load; but never in one leap."""
@@ -233,18 +226,9 @@ def test_accepted_states_are_stable_by_their_eigenvalues():
     """What the factorisation says, by another way."""
     for material in (PLATE["material"], {"E": 1e4, "nu": 0.3}, TestPlasticity.STEEL):
         result = run(PLATE, material=material, load_steps=[0.5])
-        grid, points = result.grid, result.body.integration
-        problem = newton.Problem(
-            grid,
-            points,
-            grid.basis_gradients(points.element, points.position),
-            np.zeros((len(points), 2, 2)),
-            result.body.materials,
-            result.loading,
-            patches=result.body.patches,
-        )
-        march = newton.March(problem, result.balance.history)
-        stiffness = march.factor_at(march.state(result.displacement))
+        problem = mechanics.problem_of(*mechanics.locate(result.body))
+        march = newton.March(problem, result.balance.points.internal_variables)
+        stiffness = march.factor_at(march.trial(result.displacement))
         lowest = np.linalg.eigvalsh(stiffness.toarray())[0]
         assert lowest > 1e-9 * stiffness.diagonal().max()
 
@@ -373,15 +357,7 @@ class TestGrowth:
         """Elastic: what was carried over leaves no trace."""
         result = run(GROWING, growth={**GROWING["growth"], "increments": 3})
         body, balance = result.body, result.balance
-        grid, points = body.grid, body.integration
-        problem = newton.Problem(
-            grid,
-            points,
-            grid.basis_gradients(points.element, points.position),
-            np.zeros((len(points), 2, 2)),
-            body.materials,
-            body.loading,
-        )
+        problem = mechanics.problem_of(*mechanics.locate(body))
         fresh = stepping.advance(problem, stepping.at_rest(problem), 1.0)
         np.testing.assert_allclose(
             fresh.displacement, balance.displacement, atol=1e-9 * np.abs(balance.displacement).max()

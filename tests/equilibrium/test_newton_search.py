@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cfmpm.body.points import MaterialPoints
 from cfmpm.equilibrium import newton
 from cfmpm.errors import SolveError
+
+NO_POINTS = MaterialPoints(
+    np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64)
+).at_rest()
 
 
 class Searched:
@@ -25,20 +30,19 @@ class Searched:
         self._unbalanced, self._inverted_from = unbalanced, inverted_from
         self._march = object.__new__(newton.March)
         self._march._free = np.array([[True, True]])
-        self._march.state = self._state
+        self._march.trial = self._trial
 
-    def _state(self, displacement):
+    def _trial(self, displacement):
         part = displacement[0, 0]
         self.tried.append(part)
         if part >= self._inverted_from:
             raise SolveError("1 material points would be turned inside out")
         force = -np.array([self._unbalanced(part)], float)
-        empty = np.zeros((0, 2, 2))
-        return newton.PointStates(displacement, empty, empty, empty, empty, force, 0.0)
+        return newton.Trial(displacement, NO_POINTS, force, 0.0)
 
     def end(self):
         """Where it ends, and by which parts it came there."""
-        start = self._state(np.zeros((1, 2)))
+        start = self._trial(np.zeros((1, 2)))
         self.tried.clear()
         found = self._march._searched(start, np.array([[1.0, 0.0]]), np.zeros((1, 2)), np.zeros(0))
         return found.displacement[0, 0], self.tried

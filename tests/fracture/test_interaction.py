@@ -74,7 +74,7 @@ def test_body_force_enters_by_its_work_on_the_auxiliary_fields(element, density)
     angle = 0.7
     t = np.array([np.cos(angle), np.sin(angle)])
     tip = replace(tip, tangent=t)
-    points = seed(grid)
+    points = seed(grid).at_rest()
     q = cf.ring_weight(grid, tip, 4.0)
     away = points.position - grid.nodes[tip.node]
     frame = np.array([t, [-t[1], t[0]]])

@@ -124,12 +124,10 @@ def test_solves(name, nx, ny, seed):
     factor = select(K.shape[0], name).factor(K, modes)
     solution = factor.solve(b)
     if name in DIRECT:
-        assert factor.negative_pivots == 0
         assert backward_error(K, solution.x, b) < 1e-14
         np.testing.assert_allclose(solution.x, exact, atol=1e-10)
         assert solution.iterations == 0
     else:
-        assert np.isnan(factor.negative_pivots)
         assert solution.residual < 1e-9
         np.testing.assert_allclose(solution.x, exact, atol=1e-6)
         assert solution.iterations == len(solution.history) - 1 < 40

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from posed import balanced, driven, pose
 
 from cfmpm.body.grid import Grid, build_grid
-from cfmpm.body.loads import Loading
 from cfmpm.body.materials import Materials
-from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.body.points import DeformedPoints
 from cfmpm.build import materials_of
-from cfmpm.equilibrium import balance, small_strain
+from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import cf
 from cfmpm.meshing import triangulate
 from cfmpm.scene import expand
@@ -22,11 +22,11 @@ class Solved:
     """A solved grid and what its evaluation needs."""
 
     grid: Grid
-    points: MaterialPoints
+    points: DeformedPoints
     gradients: np.ndarray
     materials: Materials
     nodal: np.ndarray
-    balance: balance.Equilibrium
+    balance: Equilibrium
 
 
 @pytest.fixture(scope="session")
@@ -40,23 +40,14 @@ def solve_prescribed():
     def solve(body: dict, field) -> Solved:
         scene = expand(scene_from_dict({"name": "prescribed", **body}))
         grid = build_grid(triangulate(scene), scene.mesh.element)
-        points = seed(grid)
-        gradients = grid.basis_gradients(points.element, points.position)
         materials = materials_of(scene, grid.region_names)
         outer = np.unique(np.concatenate([edges.ravel() for edges in grid.edges.values()]))
-        prescribed = np.zeros((len(grid.nodes), 2), bool)
-        prescribed[outer] = True
         side = np.empty_like(grid.nodes)
         side[grid.elements] = grid.nodes[grid.triangles].mean(axis=1)[:, None]
-        values = np.zeros_like(grid.nodes)
-        values[outer] = field(grid.nodes[outer], side[outer])
-        nothing = np.zeros_like(values)
-        loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
-        stiffness = small_strain.assemble_stiffness(grid, points, gradients, materials, loading)
-        balance = small_strain.solve_linear(
-            stiffness, grid, points, gradients, materials, loading, "superlu"
-        )
-        nodal = cf.nodal_force(grid, points, gradients, np.zeros(2))
-        return Solved(grid, points, gradients, materials, nodal, balance)
+        loading = driven(grid, outer, field(grid.nodes[outer], side[outer]))
+        problem = pose(grid, loading, materials)
+        found = balanced(problem)
+        nodal = cf.nodal_force(grid, found.points, problem.gradients, np.zeros(2))
+        return Solved(grid, found.points, problem.gradients, materials, nodal, found)
 
     return solve

@@ -10,6 +10,7 @@ import round_off
 from cubic_element import T10
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from posed import balanced, driven, elastic, pose
 from scipy.sparse import csc_array, csr_array, eye_array
 from structured import rectangle
 
@@ -17,9 +18,6 @@ from cfmpm import build
 from cfmpm.body import body as bodies
 from cfmpm.body.crack_faces import face_pairs, smallest_openings
 from cfmpm.body.grid import build_grid
-from cfmpm.body.loads import Loading
-from cfmpm.body.materials import material_table
-from cfmpm.body.points import seed
 from cfmpm.equilibrium import balance, contact, small_strain
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
@@ -63,7 +61,7 @@ class Solved:
 
     def intensity(self, tip, radius) -> tuple[IntensityFactors, float]:
         """Intensity factors and J."""
-        grid, points, nothing = self.body.grid, self.body.integration, np.zeros(2)
+        grid, points, nothing = self.body.grid, self.balance.points, np.zeros(2)
         q = cf.ring_weight(grid, tip, radius)
         k = intensity_factors(
             grid,
@@ -82,11 +80,8 @@ class Solved:
 def solve(scene: dict, solver: str = "superlu") -> Solved:
     full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
     body = build.build(full)
-    grid, points = body.grid, body.integration
-    gradients = grid.basis_gradients(points.element, points.position)
-    problem = grid, points, gradients, body.materials, body.loading
-    stiffness = small_strain.assemble_stiffness(*problem)
-    return Solved(body, gradients, small_strain.solve_linear(stiffness, *problem, solver))
+    problem = pose(body.grid, body.loading, body.materials, solver=solver)
+    return Solved(body, problem.gradients, balanced(problem))
 
 
 def assert_complementary(solved: Solved) -> None:
@@ -105,7 +100,7 @@ def assert_complementary(solved: Solved) -> None:
     )
     unbalanced = outer + solved.balance.contact_force - solved.balance.internal_force
     assert np.abs(unbalanced).max() < 1e-10 * np.abs(solved.balance.internal_force).max()
-    points = solved.body.integration
+    points = solved.balance.points
     work, energy = 0.5 * (outer * u).sum(), points.energy @ points.volume
     assert work == pytest.approx(energy, abs=solved.linear().of_energy)
 
@@ -160,7 +155,7 @@ def test_pressure_belongs_in_the_interaction_integral():
         q = cf.ring_weight(solved.body.grid, tip, radius)
         k = intensity_factors(
             solved.body.grid,
-            solved.body.integration,
+            solved.balance.points,
             solved.gradients,
             solved.body.materials,
             tip,
@@ -196,7 +191,7 @@ def edge_crack(traction, element="T6", crack=((0, 27), (30, 27)), side=0.0):
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_uniform_pressure_passes_through_closed_faces(element):
     solved = solve(edge_crack([0, -10.0], element))
-    stress = solved.body.integration.stress
+    stress = solved.balance.points.stress
     expected = np.tile([0, -10.0, 0], (len(stress), 1))
     np.testing.assert_allclose(stress, expected, rtol=0, atol=solved.linear().of_stress)
     assert_complementary(solved)
@@ -213,7 +208,7 @@ def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
     """The normal of a pair at a bend is that in which pressure acts: exact, bends included."""
     crack = [(0, 20), (17, 27), (30, 22), (38, 31)]
     solved = solve(edge_crack([0, -10.0], element, crack, side=-10.0))
-    stress = solved.body.integration.stress
+    stress = solved.balance.points.stress
     expected = np.tile([-10.0, -10.0, 0], (len(stress), 1))
     np.testing.assert_allclose(stress, expected, rtol=0, atol=solved.linear().of_stress)
     assert_complementary(solved)
@@ -227,29 +222,22 @@ def test_pressure_passes_through_joined_cracks(element, last):
     line = 4 * 7 + np.arange(last, 0, -1)
     mesh = replace(mesh, cracks={**mesh.cracks, "crack_2": np.column_stack([line[:-1], line[1:]])})
     grid = build_grid(mesh, element)
-    points = seed(grid)
-    gradients = grid.basis_gradients(points.element, points.position)
-    prescribed = np.zeros((len(grid.nodes), 2), bool)
-    prescribed[np.concatenate([edges.ravel() for edges in grid.edges.values()])] = True
-    squeezed = np.where(prescribed, -0.1 * grid.nodes, 0.0)
-    nothing = np.zeros_like(squeezed)
-    loading = Loading(prescribed, squeezed, nothing, nothing, np.zeros(2), {}, 0)
-    lam, mu = 1.3, 0.9
-    E, nu = mu * (3 * lam + 2 * mu) / (lam + mu), lam / (2 * (lam + mu))
-    materials = material_table([{"E": E, "nu": nu}], "strain")
-    stiffness = small_strain.assemble_stiffness(grid, points, gradients, materials, loading)
-    balance = small_strain.solve_linear(
-        stiffness, grid, points, gradients, materials, loading, "superlu"
-    )
+    outer = np.unique(np.concatenate([edges.ravel() for edges in grid.edges.values()]))
+    squeezed = -0.1 * grid.nodes
+    problem = pose(grid, driven(grid, outer, squeezed[outer]), elastic(1.3, 0.9))
+    stiffness = small_strain.assemble_stiffness(problem)
+    balance = small_strain.solve_linear(problem, stiffness)
     assert balance.contact_pairs >= 8
     error = round_off.of_solution(stiffness, squeezed)
-    np.testing.assert_allclose(balance.displacement, -0.1 * grid.nodes, rtol=0, atol=error)
+    np.testing.assert_allclose(balance.displacement, squeezed, rtol=0, atol=error)
     pressure = -0.2 * (1.3 + 0.9)
     np.testing.assert_allclose(
-        points.stress,
-        np.tile([pressure, pressure, 0], (len(points), 1)),
+        balance.points.stress,
+        np.tile([pressure, pressure, 0], (len(balance.points), 1)),
         rtol=0,
-        atol=round_off.LinearBody(grid, points, gradients, squeezed, 1.3 + 2 * 0.9).of_stress,
+        atol=round_off.LinearBody(
+            grid, problem.points, problem.gradients, squeezed, 1.3 + 2 * 0.9
+        ).of_stress,
     )
 
 
@@ -270,7 +258,8 @@ def test_open_cracks_know_nothing_of_contact(load, monkeypatch):
     for name in ("displacement", "internal_force"):
         one, other = getattr(with_check.balance, name), getattr(without.balance, name)
         assert one.tobytes() == other.tobytes()
-    assert with_check.body.integration.stress.tobytes() == without.body.integration.stress.tobytes()
+    one, other = with_check.balance.points.stress, without.balance.points.stress
+    assert one.tobytes() == other.tobytes()
     tip = with_check.body.grid.tips[0]
     assert with_check.intensity(tip, 10.0) == without.intensity(tip, 10.0)
 
@@ -327,7 +316,8 @@ def test_contact_stiffens_and_lowers_what_the_closed_end_releases(monkeypatch):
         ),
     )
     overlapping = solve(scene)
-    energy = [s.body.integration.energy @ s.body.integration.volume for s in (closed, overlapping)]
+    points = [solved.balance.points for solved in (closed, overlapping)]
+    energy = [p.energy @ p.volume for p in points]
     assert energy[0] < energy[1]
     lower, upper = closed.body.grid.tips
     assert lower.path[0][1] < upper.path[0][1]
@@ -429,7 +419,7 @@ class TestTurnedFaces:
         return self.at(self.shape)
 
     def at(self, shape):
-        return contact.turned_faces(self.grid, self.free, shape)
+        return contact.CrackFaces(self.grid).turned(self.free, shape)
 
     def slopes(self, quantity, direction, step=1e-5):
         """Central difference."""
@@ -475,6 +465,6 @@ class TestTurnedFaces:
 
     def test_at_rest_they_are_those_of_small_strain(self, faces):
         turned = self.at(np.zeros_like(self.shape))
-        rest = contact.faces_at_rest(self.grid, self.free)
+        rest = contact.CrackFaces(self.grid).at_rest(self.free)
         np.testing.assert_allclose(turned.push.toarray(), rest.push.toarray(), atol=1e-15)
         assert not turned.opening.any()

@@ -7,35 +7,25 @@ import pytest
 import round_off
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from posed import driven, elastic, pose, unloaded
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
-from cfmpm.body.loads import Loading
-from cfmpm.body.materials import material_table
 from cfmpm.body.points import seed
 from cfmpm.equilibrium import small_strain
 from cfmpm.fracture import cf
 
 LAM, MU = 1.3, 0.9
-E, NU = MU * (3 * LAM + 2 * MU) / (LAM + MU), LAM / (2 * (LAM + MU))
-MATERIALS = material_table([{"E": E, "nu": NU}], "strain")
+MATERIALS = elastic(LAM, MU)
 
 
 def solve_with_boundary_displacement(grid, field, materials=MATERIALS):
     """Prescribe the displacement of the outer boundary, (n, 2), and solve for the inside."""
-    points = seed(grid)
-    gradients = grid.basis_gradients(points.element, points.position)
     boundary = np.unique(np.concatenate([e.ravel() for e in grid.edges.values()]))
-    prescribed = np.zeros((len(grid.nodes), 2), bool)
-    prescribed[boundary] = True
-    values = np.where(prescribed, field, 0.0)
-    nothing = np.zeros_like(values)
-    loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
-    stiffness = small_strain.assemble_stiffness(grid, points, gradients, materials, loading)
-    balance = small_strain.solve_linear(
-        stiffness, grid, points, gradients, materials, loading, "superlu"
-    )
-    return points, gradients, balance, stiffness
+    problem = pose(grid, driven(grid, boundary, field[boundary]), materials)
+    stiffness = small_strain.assemble_stiffness(problem)
+    balance = small_strain.solve_linear(problem, stiffness)
+    return balance.points, problem.gradients, balance, stiffness
 
 
 def check_solution(grid, exact):
@@ -78,13 +68,12 @@ def test_patch_test_on_any_grid(element, shake, seed_):
 def test_quadratic_displacement_is_exact_for_t6_with_body_force(element):
     """T6 holds quadratic fields; the body force that balances one is integrated exactly."""
     grid = build_grid(rectangle(4, 4, shake=0.5, seed=3), element)
-    points = seed(grid)
-    gradients = grid.basis_gradients(points.element, points.position)
+    problem = pose(grid, unloaded(grid), MATERIALS)
     lam, mu = LAM, MU
     # u = (x^2, 0): div sigma = (2 (lam + 2 mu), 0).
     exact = np.column_stack([grid.nodes[:, 0] ** 2, np.zeros(len(grid.nodes))])
-    small_strain.update_points(grid, points, gradients, MATERIALS, exact)
-    force = small_strain.internal_force(grid, points, gradients)
+    points = small_strain.deform(problem, exact)
+    force = small_strain.internal_force(problem, points)
     from cfmpm.kernels import assembly
 
     density = np.array([-2 * (lam + 2 * mu), 0.0])

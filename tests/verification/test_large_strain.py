@@ -9,11 +9,11 @@ from pathlib import Path
 
 import large_strain_references as exact
 import numpy as np
+import posed
 import pytest
 
 import cfmpm
-from cfmpm import build
-from cfmpm.body.loads import Loading
+from cfmpm import build, mechanics
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.fracture import cf
 from cfmpm.scene.reading import scene_from_dict
@@ -53,22 +53,13 @@ def plate(law, element, mesh, loads=None, traction=None, **more):
 
 def problem_of(scene):
     """What Newton's method needs, for loads of one's own."""
-    body = build.build(scene)
-    points = body.integration
-    gradients = body.grid.basis_gradients(points.element, points.position)
-    base = np.zeros((len(points), 2, 2))
-    return newton.Problem(
-        body.grid, points, gradients, base, body.materials, body.loading, "superlu"
-    )
+    problem = mechanics.problem_of(*mechanics.locate(build.build(scene)))
+    return replace(problem, solver="superlu")
 
 
 def prescribed(problem, nodes, values):
     """The problem with nothing but displacements of nodes, (k, 2)."""
-    u = np.zeros_like(problem.grid.nodes)
-    held = np.zeros_like(u, bool)
-    u[nodes], held[nodes] = values, True
-    nothing = np.zeros_like(u)
-    return replace(problem, loading=Loading(held, u, nothing, nothing, np.zeros(2), {}, 0))
+    return replace(problem, loading=posed.driven(problem.grid, nodes, values))
 
 
 def rim(nodes):
@@ -159,7 +150,6 @@ def test_neo_hookean_plate():
     j, force = [684_877, 4_803_510, 11_220_580], [1.000124e7, 2.667376e7, 4.039292e7]
     np.testing.assert_allclose(found.J[:, 0], j, rtol=1e-3)
     np.testing.assert_allclose(found.reaction_y.sel(boundary="top"), force, rtol=1e-3)
-    assert (found.negative_pivots == 0).all()
     assert (found.unstable_points == 0).all()
 
 
@@ -266,12 +256,12 @@ def test_rigid_rotation_over_a_stretch(law):
         {"edge": "top", "displacement": {"x": 20, "y": 150}},
     ]
     problem = problem_of(plate(law, "T6", COARSE, loads))
-    grid, points = problem.grid, problem.points
+    grid = problem.grid
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(newton, "RESIDUAL", 1e-12)
         one = stepping.advance(problem, stepping.at_rest(problem), 1.0)
 
-    def observed():
+    def observed(points):
         nodal = cf.finite_nodal_force(grid, points, problem.gradients, np.zeros(2))
         stress = points.stress[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
         F = np.eye(2) + points.displacement_gradient
@@ -280,7 +270,7 @@ def test_rigid_rotation_over_a_stretch(law):
         eshelby = points.energy[:, None, None] * np.eye(2) - pulled_back
         return np.sum(points.energy * points.volume), eshelby, nodal, stress
 
-    energy, eshelby, force, stress = observed()
+    energy, eshelby, force, stress = observed(one.points)
     c, s = np.cos(np.radians(170)), np.sin(np.radians(170))
     R = np.array([[c, -s], [s, c]])
     turned = (grid.nodes + one.displacement) @ R.T - grid.nodes
@@ -288,7 +278,7 @@ def test_rigid_rotation_over_a_stretch(law):
         problem.loading, displacement=np.where(problem.loading.prescribed, turned, 0.0)
     )
     other = stepping.rebalance(replace(problem, loading=loading), replace(one, displacement=turned))
-    energy_2, eshelby_2, force_2, stress_2 = observed()
+    energy_2, eshelby_2, force_2, stress_2 = observed(other.points)
     assert energy_2 == pytest.approx(energy, rel=1e-10)
     assert np.abs(eshelby_2 - eshelby).max() < 1e-10 * np.abs(eshelby).max()
     # Where something is prescribed, the force on the body itself is part of it.
@@ -451,7 +441,7 @@ def driven(material, H, factors, element="T3"):
     state = stepping.at_rest(problem)
     for factor in factors:
         state = stepping.advance(problem, state, factor)
-        yield problem.points
+        yield state.points
 
 
 @pytest.mark.parametrize("hardening", [0.0, 2000.0])

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from cfmpm import build
-from cfmpm.body.points import relocate
+from cfmpm import build, mechanics
 from cfmpm.equilibrium import newton, stepping
-from cfmpm.kernels import finite
+from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.linear import solvers
 from cfmpm.output.files import write_dataset
 from scipy.sparse import csr_array
@@ -78,80 +77,36 @@ def measure(
     write_dataset(dataset, Path(path))
 
 
-def _problem(scene: Any) -> newton.Problem:
-    """Build the body of a scene, and what Newton's method needs of it."""
-    body = build.build(scene)
-    grid, points = body.grid, body.integration
-    points.element = relocate(grid, points)
-    return newton.Problem(
-        grid=grid,
-        points=points,
-        gradients=grid.basis_gradients(points.element, points.position),
-        base=np.zeros((len(points), 2, 2)),
-        materials=body.materials,
-        loading=body.loading,
-        solver=body.scene.solver,
-        patches=body.patches,
-    )
+def _problem(scene: Any) -> BoundaryValueProblem:
+    """Build the body of a scene, and pose what Newton's method solves."""
+    return mechanics.problem_of(*mechanics.locate(build.build(scene)))
 
 
-def _row(problem: newton.Problem, repeats: int) -> xr.Dataset:
+def _row(problem: BoundaryValueProblem, repeats: int) -> xr.Dataset:
     """Time the parts at the state of balance, and a whole run to it."""
     balance, whole = None, np.inf
     for _ in range(repeats + 1):  # the first one fills caches
-        fresh = replace(problem, points=replace(problem.points))
+        fresh = replace(problem)  # without what is kept between iterations
         start = time.process_time()
         balance = stepping.advance(fresh, stepping.at_rest(fresh), 1.0)
         whole = min(whole, time.process_time() - start)
     assert balance is not None
-    grid, points, materials = problem.grid, problem.points, problem.materials
-    indptr, indices = problem.pattern
-    material = materials.law, materials.constants, balance.history
-    gradient = None
+    state = balance.displacement, balance.points.internal_variables
 
-    def update() -> None:
-        nonlocal gradient
-        gradient, stress, *_ = finite.update_points(
-            grid.elements,
-            points.element,
-            problem.gradients,
-            problem.base,
-            points.volume,
-            points.material,
-            *material,
-            balance.displacement,
-            problem.patch,
-        )
-        finite.internal_force(
-            grid.elements,
-            len(grid.nodes),
-            points.element,
-            problem.gradients,
-            points.volume,
-            gradient,
-            stress,
-        )
+    def update() -> newton.Trial:
+        points, _ = newton.deform(problem, *state)
+        return newton.Trial(state[0], points, newton.internal_force(problem, points), 0.0)
+
+    trial = update()
 
     def stiffness() -> csr_array:
-        data = finite.stiffness(
-            problem.slots,
-            len(indices),
-            points.element,
-            problem.gradients,
-            points.volume,
-            points.material,
-            *material,
-            gradient,
-            problem.patch,
-        )
-        return csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
+        return newton.assemble_stiffness(problem, trial, state[1])
 
-    update()
     K = stiffness()
     free = ~problem.loading.prescribed
     chosen = solvers.select(K.shape[0], problem.solver)
     factor = chosen.factor(
-        K, solvers.rigid_body_modes(grid.nodes, free) if chosen.name == "amg" else None
+        K, solvers.rigid_body_modes(problem.grid.nodes, free) if chosen.name == "amg" else None
     )
     force = balance.internal_force[free] + 1.0
     jobs: Sequence[Callable[[], object]] = (
@@ -161,7 +116,7 @@ def _row(problem: newton.Problem, repeats: int) -> xr.Dataset:
         lambda: factor.solve(force),
     )
     seconds = [_fastest(job, repeats) for job in jobs]
-    n = len(points)
+    n = len(problem.points)
     return xr.Dataset(
         {
             "microseconds": ("part", 1e6 * np.array(seconds) / n),
