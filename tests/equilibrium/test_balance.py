@@ -73,7 +73,8 @@ class TestLinear:
         loads = [{"edge": "bottom", "displacement": {"x": 3.0, "y": -2.0}}]
         family = {name: value for name, value in PLATE["family"].items() if name != "traction"}
         result = solve(kinematics="small", family=family, loads=loads)
-        np.testing.assert_allclose(result.displacement - [3.0, -2.0], 0.0, atol=1e-12)
+        error = 3.0 * small_strain.RESIDUAL
+        np.testing.assert_allclose(result.displacement - [3.0, -2.0], 0.0, atol=error)
         assert float(result.history.residual_norm[0]) < small_strain.RESIDUAL
 
     def test_round_off_is_that_of_how_far_a_part_moved_on_the_way(self, monkeypatch):

@@ -191,7 +191,9 @@ class TestLimitPoint:
             result = run(BLOCK, loads=loads, material={"E": 1e3, "nu": 0.3, "law": "ciarlet"})
         assert result.balance.substeps == substeps
         F = result.points.displacement_gradient + np.eye(2)
-        np.testing.assert_allclose(F, [np.diag([length, 1.0])] * len(F), atol=1e-12)
+        # What Newton's method may leave unbalanced, over the modulus, with room.
+        error = 10 * newton.RESIDUAL
+        np.testing.assert_allclose(F, [np.diag([length, 1.0])] * len(F), rtol=0, atol=error)
 
     def test_ellipticity_lost_is_counted_and_said(self):
         """Equibiaxial, Hencky loses it near a stretch of 2 (design study)."""
