@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from cfmpm.body.body import Body
 from cfmpm.body.crack_faces import smallest_openings
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
+from cfmpm.body.materials import Materials
 from cfmpm.body.points import DeformedPoints
 from cfmpm.body.tip_domains import FILL, sharp_bend
 from cfmpm.equilibrium.balance import Equilibrium
@@ -50,80 +52,105 @@ def evaluate_tips(
         By the names of a history's variables, (tip,) or (tip, radius). Values without
         ``_radius`` are those of the largest radius.
     """
-    grid, body_force = body.grid, body.loading.at(balance.load_factor).body_force
-    growth = body.scene.growth
-    direction = direction_by("max_hoop" if growth is None else growth.direction)
+    grid = body.grid
     openings = smallest_openings(grid, balance.displacement, balance.finite)
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
-        ahead = regions_ahead(grid, tip, tip.tangent)
-        material = body.materials.row(ahead[0])
-        has_k = not (balance.finite or domain.on_border)
+        material = body.materials.row(regions_ahead(grid, tip, tip.tangent)[0])
         near = _Neighbourhood.of(body, gradients, balance, nodal, tip, max(domain.radii))
-        rings: list[dict[str, float]] = []
-        for radius in domain.radii:
-            q = cf.ring_weight(near.grid, near.tip, radius)
-            force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
-            j = _j_integral(near, radius)
-            ring = {
-                "domain_radius": radius,
-                "J_radius": j,
-                "G_radius": j,
-                "cf_norm_radius": float(np.hypot(*force)),
-                "cf_angle_radius": cf.angle(force, tip),
-            }
-            if plastic is not None:
-                weight = cf.ring_weight(grid, tip, radius)
-                ring["J_plastic_radius"] = cf.j_integral(plastic, weight, tip)
-            if has_k:
-                faces = bent_faces(grid, balance.displacement, tip, radius, material)
-                k = intensity_factors(
-                    near.grid,
-                    near.points,
-                    near.gradients,
-                    material,
-                    near.tip,
-                    q,
-                    body_force,
-                    near.contact_force,
-                    faces,
-                )
-                ring |= {
-                    "G_radius": k.G,
-                    "K_I_radius": k.K_I,
-                    "K_II_radius": k.K_II,
-                    "T_stress_radius": k.T_stress,
-                }
-            rings.append(ring)
-        largest = int(np.argmax(domain.radii))
-        force = cf.domain_force(near.grid, near.nodal, near.tip, domain.radii[largest])
-        row: dict[str, Any] = {name: [ring[name] for ring in rings] for name in rings[0]}
-        row |= {
-            name.removesuffix("_radius"): value
-            for name, value in rings[largest].items()
-            if name != "domain_radius"
-        }
-        row |= {
-            "cf_x": force[0],
-            "cf_y": force[1],
-            "cf_tip_x": nodal[tip.node, 0],
-            "cf_tip_y": nodal[tip.node, 1],
-            "min_opening": openings[tip.crack],
-        }
-        if plastic is not None:
-            radius = domain.radii[largest]
-            row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, radius)
+        rings = [_forces_of_ring(near, radius) for radius in domain.radii]
+        has_k = not (balance.finite or domain.on_border)
         if has_k:
-            k_1, k_2 = row["K_I"], row["K_II"]
-            row["kink_angle"] = max_hoop_angle(k_1, k_2)
-            loaded = k_1 != 0.0 or k_2 != 0.0
-            row["G_kink"] = row["G"] * (direction.kink_factor(row) if loaded else 1.0)
-            toughness = float(material.g_c[0])
-            if not math.isnan(toughness) and not is_closed(k_1, k_2):
-                row["critical_load_factor"] = load_factor_at_fracture(row["G_kink"], toughness)
+            rings = [
+                ring | _factors_of_ring(near, body, balance, tip, radius, material)
+                for ring, radius in zip(rings, domain.radii, strict=True)
+            ]
+        if plastic is not None:
+            rings = [
+                ring | {"J_plastic_radius": _j_plastic(grid, plastic, tip, radius)}
+                for ring, radius in zip(rings, domain.radii, strict=True)
+            ]
+        row = _of_rings(rings, int(np.argmax(domain.radii)))
+        largest = max(domain.radii)
+        row["cf_x"], row["cf_y"] = cf.domain_force(near.grid, near.nodal, near.tip, largest)
+        row["cf_tip_x"], row["cf_tip_y"] = nodal[tip.node]
+        row["min_opening"] = openings[tip.crack]
+        if plastic is not None:
+            row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, largest)
+        if has_k:
+            row |= _kink(row, body, float(material.g_c[0]))
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
     return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
+
+
+def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
+    """Configurational force over a disc and J of a ring."""
+    force = cf.domain_force(near.grid, near.nodal, near.tip, radius)
+    j = _j_integral(near, radius)
+    return {
+        "domain_radius": radius,
+        "J_radius": j,
+        "G_radius": j,
+        "cf_norm_radius": float(np.hypot(*force)),
+        "cf_angle_radius": cf.angle(force, near.tip),
+    }
+
+
+def _factors_of_ring(
+    near: _Neighbourhood,
+    body: Body,
+    balance: Equilibrium,
+    tip: CrackTip,
+    radius: float,
+    material: Materials,
+) -> dict[str, float]:
+    """Stress intensity factors, their G, and the T-stress by the interaction integral of a ring."""
+    k = intensity_factors(
+        near.grid,
+        near.points,
+        near.gradients,
+        material,
+        near.tip,
+        cf.ring_weight(near.grid, near.tip, radius),
+        body.loading.at(balance.load_factor).body_force,
+        near.contact_force,
+        bent_faces(body.grid, balance.displacement, tip, radius, material),
+    )
+    return {
+        "G_radius": k.G,
+        "K_I_radius": k.K_I,
+        "K_II_radius": k.K_II,
+        "T_stress_radius": k.T_stress,
+    }
+
+
+def _of_rings(rings: Sequence[dict[str, float]], largest: int) -> dict[str, Any]:
+    """All values by radius, and those of the largest radius by the names without it."""
+    row: dict[str, Any] = {name: [ring[name] for ring in rings] for name in rings[0]}
+    return row | {
+        name.removesuffix("_radius"): value
+        for name, value in rings[largest].items()
+        if name != "domain_radius"
+    }
+
+
+def _kink(row: Mapping[str, Any], body: Body, toughness: float) -> dict[str, float]:
+    """Where a tip would turn to, what drives it there, and the load at which that is g_c."""
+    k_1, k_2 = row["K_I"], row["K_II"]
+    growth = body.scene.growth
+    direction = direction_by("max_hoop" if growth is None else growth.direction)
+    loaded = k_1 != 0.0 or k_2 != 0.0
+    driving = row["G"] * (direction.kink_factor(row) if loaded else 1.0)
+    found = {"kink_angle": max_hoop_angle(k_1, k_2), "G_kink": driving}
+    if not math.isnan(toughness) and not is_closed(k_1, k_2):
+        found["critical_load_factor"] = load_factor_at_fracture(driving, toughness)
+    return found
+
+
+def _j_plastic(grid: Grid, plastic: Floats, tip: CrackTip, radius: float) -> float:
+    """What plastic work adds to J of a ring [N/mm]."""
+    return cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
 
 
 def _j_integral(near: _Neighbourhood, radius: float) -> float:
