@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.kernels import topology
+from cfmpm.kernels.triangles import triangle_quality
 
 # Lengths that are tried, as parts of the length of the grid segment.
 LENGTHS = (1.0, 0.85, 1.15, 0.7, 1.3, 0.55)
@@ -138,14 +139,6 @@ def fixed_nodes(triangulation: Triangulation) -> NDArray[np.bool_]:
             np.maximum.at(highest, triangulation.triangles[:, k], triangulation.regions)
         fixed |= lowest != highest
     return fixed
-
-
-def triangle_quality(nodes: Floats, triangles: Ints) -> Floats:
-    """Return 4 sqrt(3) area over the sum of squared sides: 1 equilateral, negative inverted."""
-    a, b, c = (nodes[triangles[:, k]] for k in range(3))
-    squares = sum(((p - q) ** 2).sum(axis=1) for p, q in ((b, a), (c, b), (a, c)))
-    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
-    return 2.0 * np.sqrt(3.0) * (ux * vy - uy * vx) / squares
 
 
 def split_side(

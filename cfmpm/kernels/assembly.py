@@ -8,6 +8,38 @@ from cfmpm._jit import kernel
 
 
 @kernel
+def element_stars(elements, n_nodes):
+    """List the elements at each node.
+
+    Parameters
+    ----------
+    elements : (m, k) int
+    n_nodes : int
+
+    Returns
+    -------
+    offsets : (n_nodes + 1,) int
+    star : (m k,) int
+        Those of node i are ``star[offsets[i]:offsets[i + 1]]``, ascending.
+    """
+    m, k = elements.shape
+    offsets = np.zeros(n_nodes + 1, np.int64)
+    for e in range(m):
+        for a in range(k):
+            offsets[elements[e, a] + 1] += 1
+    for i in range(n_nodes):
+        offsets[i + 1] += offsets[i]
+    fill = offsets[:-1].copy()
+    star = np.empty(m * k, np.int64)
+    for e in range(m):
+        for a in range(k):
+            node = elements[e, a]
+            star[fill[node]] = e
+            fill[node] += 1
+    return offsets, star
+
+
+@kernel
 def sparsity(elements, free):
     """Find the pattern of the stiffness of the free degrees of freedom.
 
@@ -25,21 +57,8 @@ def sparsity(elements, free):
         Columns, ascending in each row.
     """
     n_nodes = free.shape[0]
-    m, k = elements.shape
-    offsets = np.zeros(n_nodes + 1, np.int64)
-    for e in range(m):
-        for a in range(k):
-            offsets[elements[e, a] + 1] += 1
-    for i in range(n_nodes):
-        offsets[i + 1] += offsets[i]
-    fill = offsets[:-1].copy()
-    star = np.empty(m * k, np.int64)
-    for e in range(m):
-        for a in range(k):
-            node = elements[e, a]
-            star[fill[node]] = e
-            fill[node] += 1
-
+    k = elements.shape[1]
+    offsets, star = element_stars(elements, n_nodes)
     seen = np.full(n_nodes, -1, np.int64)
     n_free = 0
     entries = 0

@@ -104,12 +104,9 @@ def clip_domains(nodes, elements, points, weights, changed, anchors, vertices, o
     nodes : (n, 2) float
     elements : (m, k) int
         Corners first.
-    points : (q, 3) float
-        Barycentric places of a rule. Each piece is cut into a fan of triangles with the rule in
-        each, which is exact as far as the rule is; that of one point, the centroid, is so in the
-        piece as a whole.
-    weights : (q,) float
-        In any one unit.
+    points, weights : (q, 3), (q,) float
+        Barycentric rule, for each triangle of a fan over each piece; that of one point, the
+        centroid, for the piece as a whole.
     changed : (c,) int
         The triangles.
     anchors, vertices, offsets
@@ -127,13 +124,13 @@ def clip_domains(nodes, elements, points, weights, changed, anchors, vertices, o
         [mm^2].
     """
     boxes = domain_boxes(vertices, offsets, owners)
-    widest = 0
-    for p in owners:
-        widest = max(widest, offsets[p + 1] - offsets[p])
     # Three cuts of a convex polygon add three corners; where round-off makes it less than convex
     # each may add half of them again.
-    piece, work = np.empty((4 * widest, 2)), np.empty((4 * widest, 2))
+    widest = 4 * most_corners(offsets, owners)
+    piece, work = np.empty((widest, 2)), np.empty((widest, 2))
     corners = np.zeros((3, 2))
+    parts, rests = of_corners(points)
+    whole = weights.sum()
     rows = []
     for e in changed:
         origin = nodes[elements[e, 0]]
@@ -164,59 +161,45 @@ def clip_domains(nodes, elements, points, weights, changed, anchors, vertices, o
                     rows.append((p, e, x + origin[0], y + origin[1], area))
                 else:
                     lost += area
-            else:
-                lost += add_fan(rows, (p, e), piece, n, origin, points, weights, dust)
+                continue
+            for j in range(1, n - 1):
+                a, b, c = piece[0], piece[j], piece[j + 1]
+                area = triangle_area(a, b, c)
+                if area <= dust:
+                    lost += area
+                    continue
+                sum_x, sum_y = a[0] + b[0] + c[0], a[1] + b[1] + c[1]
+                for q in range(len(points)):
+                    ra, rb, rc = rests[q, 0], rests[q, 1], rests[q, 2]
+                    x = sum_x / parts[q] + (ra * a[0] + rb * b[0] + rc * c[0])
+                    y = sum_y / parts[q] + (ra * a[1] + rb * b[1] + rc * c[1])
+                    rows.append((p, e, x + origin[0], y + origin[1], area * weights[q] / whole))
         give_to_largest(rows, first, lost)
-
-    owner, element = np.empty(len(rows), np.int64), np.empty(len(rows), np.int64)
-    position, volume = np.empty((len(rows), 2)), np.empty(len(rows))
-    for row in range(len(rows)):
-        owner[row], element[row], position[row, 0], position[row, 1], volume[row] = rows[row]
-    return owner, element, position, volume
+    return as_columns(rows)
 
 
 @kernel
-def add_fan(rows, numbers, piece, n, origin, points, weights, dust):
-    """Add a rule in each triangle of a fan over a polygon; return the area that is dust.
+def most_corners(offsets, owners):
+    """Return the largest number of corners of domains."""
+    most = 0
+    for p in owners:
+        most = max(most, offsets[p + 1] - offsets[p])
+    return most
 
-    Parameters
-    ----------
-    rows : list of (int, int, float, float, float)
-        Owner, element, x, y and area of the points; to be appended to.
-    numbers : (int, int)
-        Owner and element.
-    piece : (at least n, 2) float
-        Corners from the origin [mm].
-    n : int
-    origin : (2,) float
-        [mm].
-    points, weights
-        As in `clip_domains`.
-    dust : float
-        Area of a triangle that is none [mm^2].
 
-    Returns
-    -------
-    float
+@kernel
+def of_corners(points):
+    """Return the divisors (q,) and the factors (q, 3) by which points follow from the corners.
+
+    A point is the sum of all corners over the divisor, which is one part that all of them have,
+    and the rest times each: exact for the rule of three points.
     """
-    lost = 0.0
-    total = weights.sum()
-    for j in range(1, n - 1):
-        a, b, c = piece[0], piece[j], piece[j + 1]
-        area = triangle_area(a, b, c)
-        if area <= dust:
-            lost += area
-            continue
-        for q in range(len(points)):
-            # What all corners have a part of, and the rest: exact for the rule of three points.
-            least = min(points[q, 0], points[q, 1], points[q, 2])
-            parts = 1.0 / least
-            ra, rb, rc = points[q, 0] - least, points[q, 1] - least, points[q, 2] - least
-            x = (a[0] + b[0] + c[0]) / parts + (ra * a[0] + rb * b[0] + rc * c[0])
-            y = (a[1] + b[1] + c[1]) / parts + (ra * a[1] + rb * b[1] + rc * c[1])
-            share = area * weights[q] / total
-            rows.append((numbers[0], numbers[1], x + origin[0], y + origin[1], share))
-    return lost
+    divisors, rests = np.empty(len(points)), np.empty((len(points), 3))
+    for q in range(len(points)):
+        least = points[q].min()
+        divisors[q] = 1.0 / least
+        rests[q] = points[q] - least
+    return divisors, rests
 
 
 @kernel
@@ -233,6 +216,16 @@ def give_to_largest(rows, first, lost):
             largest = row
     p, e, x, y, area = rows[largest]
     rows[largest] = (p, e, x, y, area + lost)
+
+
+@kernel
+def as_columns(rows):
+    """Turn rows of owner, element, x, y and area into arrays."""
+    owner, element = np.empty(len(rows), np.int64), np.empty(len(rows), np.int64)
+    position, volume = np.empty((len(rows), 2)), np.empty(len(rows))
+    for row in range(len(rows)):
+        owner[row], element[row], position[row, 0], position[row, 1], volume[row] = rows[row]
+    return owner, element, position, volume
 
 
 @kernel

@@ -154,6 +154,68 @@ def mean_spin(displacement_gradient, volume):
 
 
 @kernel
+def in_tip_frame(h, stress, t1, t2, spin):
+    """Turn a state into the frame of the tip.
+
+    Parameters
+    ----------
+    h : (2, 2) float
+        Displacement gradient.
+    stress : (3,) float
+        sigma_xx, sigma_yy, sigma_xy.
+    t1, t2 : float
+        Unit tangent of the tip.
+    spin : float
+        That is taken out.
+
+    Returns
+    -------
+    u11, u21, s11, s22, s12 : float
+        First column of the displacement gradient, and the stress.
+    """
+    ux1 = h[0, 0] * t1 + (h[0, 1] + spin) * t2
+    uy1 = (h[1, 0] - spin) * t1 + h[1, 1] * t2
+    sxx, syy, sxy = stress[0], stress[1], stress[2]
+    return (
+        t1 * ux1 + t2 * uy1,
+        -t2 * ux1 + t1 * uy1,
+        t1 * t1 * sxx + 2.0 * t1 * t2 * sxy + t2 * t2 * syy,
+        t2 * t2 * sxx - 2.0 * t1 * t2 * sxy + t1 * t1 * syy,
+        t1 * t2 * (syy - sxx) + (t1 * t1 - t2 * t2) * sxy,
+    )
+
+
+@kernel
+def mutual_flow(state, auxiliary, lam, mu, w1, w2):
+    """Return (sigma_ij a_i,1 + s_ij u_i,1) w_j - sigma_ik a_i,k w_1 in the frame of the tip.
+
+    Parameters
+    ----------
+    state : tuple of five floats
+        From `in_tip_frame`.
+    auxiliary : tuple of four floats
+        From `auxiliary_gradient`.
+    lam, mu : float
+        Lame's constants [MPa].
+    w1, w2 : float
+        Gradient of the weight [1/mm].
+
+    Returns
+    -------
+    float
+    """
+    u11, u21, s11, s22, s12 = state
+    a11, a12, a21, a22 = auxiliary
+    trace = lam * (a11 + a22)
+    z11 = trace + 2.0 * mu * a11
+    z22 = trace + 2.0 * mu * a22
+    z12 = mu * (a12 + a21)
+    mutual = s11 * a11 + s22 * a22 + s12 * (a12 + a21)
+    value = (s11 * a11 + s12 * a21 + z11 * u11 + z12 * u21 - mutual) * w1
+    return value + (s12 * a11 + s22 * a21 + z12 * u11 + z22 * u21) * w2
+
+
+@kernel
 def interaction_integrals(
     nodes,
     elements,
@@ -190,7 +252,7 @@ def interaction_integrals(
     displacement_gradient : (p, 2, 2) float
     stress : (p, 3) float
     q : (n,) float
-        Weight of each node: 1 inside the ring, 0 outside; linear along each edge.
+        Weight of each node: 1 inside the ring, 0 outside; linear in each triangle.
     r, theta : (p,) float
         Distance from the tip [mm] and angle from its tangent [rad].
     tangent : (2,) float
@@ -209,7 +271,6 @@ def interaction_integrals(
         I of modes I, II and of the point force; in N/mm, per auxiliary unit.
     """
     result = np.zeros(3)
-    k = elements.shape[1]
     t1, t2 = tangent[0], tangent[1]
     loaded = density[0] != 0.0 or density[1] != 0.0
     b1 = t1 * density[0] + t2 * density[1]
@@ -217,36 +278,20 @@ def interaction_integrals(
     for p in range(len(point_element)):
         e = point_element[p]
         q0, q1, q2 = q[elements[e, 0]], q[elements[e, 1]], q[elements[e, 2]]
-        constant = q0 == q1 and q1 == q2
-        if constant and not (loaded and q0 > 0.0):
+        if q0 == q1 and q1 == q2 and not (loaded and q0 > 0.0):
             continue
         qx = qy = 0.0
-        for a in range(k):
+        for a in range(elements.shape[1]):
             qx += q[elements[e, a]] * gradients[p, a, 0]
             qy += q[elements[e, a]] * gradients[p, a, 1]
         w1, w2 = t1 * qx + t2 * qy, -t2 * qx + t1 * qy
-        h = displacement_gradient[p]
-        # First columns of grad u and then the stress, turned into the frame of the tip.
-        ux1 = h[0, 0] * t1 + (h[0, 1] + spin) * t2
-        uy1 = (h[1, 0] - spin) * t1 + h[1, 1] * t2
-        u11 = t1 * ux1 + t2 * uy1
-        u21 = -t2 * ux1 + t1 * uy1
-        sxx, syy, sxy = stress[p, 0], stress[p, 1], stress[p, 2]
-        s11 = t1 * t1 * sxx + 2.0 * t1 * t2 * sxy + t2 * t2 * syy
-        s22 = t2 * t2 * sxx - 2.0 * t1 * t2 * sxy + t1 * t1 * syy
-        s12 = t1 * t2 * (syy - sxx) + (t1 * t1 - t2 * t2) * sxy
+        state = in_tip_frame(displacement_gradient[p], stress[p], t1, t2, spin)
         for mode in range(3):
-            a11, a12, a21, a22 = auxiliary_gradient(mode, r[p], theta[p], lam, mu)
-            trace = lam * (a11 + a22)
-            z11 = trace + 2.0 * mu * a11
-            z22 = trace + 2.0 * mu * a22
-            z12 = mu * (a12 + a21)
-            mutual = s11 * a11 + s22 * a22 + s12 * (a12 + a21)
-            value = (s11 * a11 + s12 * a21 + z11 * u11 + z12 * u21 - mutual) * w1
-            value += (s12 * a11 + s22 * a21 + z12 * u11 + z22 * u21) * w2
+            auxiliary = auxiliary_gradient(mode, r[p], theta[p], lam, mu)
+            value = mutual_flow(state, auxiliary, lam, mu, w1, w2)
             if loaded:
                 corner = nodes[elements[e, 0]]
                 q_here = q0 + qx * (position[p, 0] - corner[0]) + qy * (position[p, 1] - corner[1])
-                value -= (b1 * a11 + b2 * a21) * q_here
+                value -= (b1 * auxiliary[0] + b2 * auxiliary[2]) * q_here
             result[mode] += value * volume[p]
     return result

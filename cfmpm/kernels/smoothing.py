@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from cfmpm._jit import kernel
+from cfmpm.kernels.triangles import quality
 
 
 @kernel
@@ -16,11 +17,8 @@ def worst_quality(nodes, triangles, half_edges, x, y):
     for h in half_edges:
         t, k = h // 3, h % 3
         b, c = triangles[t, (k + 1) % 3], triangles[t, (k + 2) % 3]
-        ux, uy = nodes[b, 0] - x, nodes[b, 1] - y
-        vx, vy = nodes[c, 0] - x, nodes[c, 1] - y
-        wx, wy = vx - ux, vy - uy
-        squares = ux * ux + uy * uy + vx * vx + vy * vy + wx * wx + wy * wy
-        worst = min(worst, 2.0 * math.sqrt(3.0) * (ux * vy - uy * vx) / squares)
+        here = quality(x, y, nodes[b, 0], nodes[b, 1], nodes[c, 0], nodes[c, 1])
+        worst = min(worst, here)
     return worst
 
 
@@ -38,7 +36,7 @@ def smooth(nodes, triangles, offsets, half_edges, movable, least, sweeps):
     movable : (n,) bool
         Nodes inside the body that may move.
     least : float
-        Quality, 4 sqrt(3) area over the sum of squared sides, below which a triangle is bad.
+        `triangles.quality` below which a triangle is bad.
     sweeps : int
         Over all nodes, at most.
 

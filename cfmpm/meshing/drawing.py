@@ -10,10 +10,10 @@ import numpy as np
 
 from cfmpm.body.grid import Floats, Ints
 from cfmpm.errors import MeshError
+from cfmpm.kernels.triangles import triangle_quality
 from cfmpm.meshing.sizes import GROWTH
 from cfmpm.scene.shapes import XY, Side
 
-# Quality is 1 for an equilateral triangle and 0 for a flat one.
 LEAST_QUALITY = 0.3
 MOST_REPAIRS = 4
 
@@ -87,24 +87,17 @@ def mesh_drawing(gmsh: ModuleType, drawing: Drawing, size: float, seeds: list[Se
     """
     _draw(gmsh, drawing)
     best = _generate(gmsh, size, seeds)
-    worst = quality(best.nodes, best.triangles).min()
+    worst = triangle_quality(best.nodes, best.triangles).min()
     for _ in range(MOST_REPAIRS):
         if worst >= LEAST_QUALITY:
             break
         seeds = seeds + _seeds_at_bad_triangles(best)
         again = _generate(gmsh, size, seeds)
-        improved = quality(again.nodes, again.triangles).min()
+        improved = triangle_quality(again.nodes, again.triangles).min()
         if improved <= 1.1 * worst:  # a sharp corner, which no size can cure
             break
         best, worst = again, improved
     return best
-
-
-def quality(nodes: Floats, triangles: Ints) -> Floats:
-    """Return the signed ratio of area to squared sides, 1 for an equilateral triangle."""
-    a, b, c = (nodes[triangles[:, i]] for i in range(3))
-    squares = sum(((p - q) ** 2).sum(axis=1) for p, q in ((b, a), (c, b), (a, c)))
-    return 4 * np.sqrt(3) * signed_areas(nodes, triangles) / squares
 
 
 def signed_areas(nodes: Floats, triangles: Ints) -> Floats:
@@ -244,7 +237,7 @@ def _raw(gmsh: ModuleType) -> Raw:
 
 def _seeds_at_bad_triangles(raw: Raw) -> list[Seeds]:
     """Ask for elements as small as the bad triangles are thin, in classes of a factor of two."""
-    corners = raw.nodes[raw.triangles[quality(raw.nodes, raw.triangles) < LEAST_QUALITY]]
+    corners = raw.nodes[raw.triangles[triangle_quality(raw.nodes, raw.triangles) < LEAST_QUALITY]]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     areas = signed_areas(corners.reshape(-1, 2), np.arange(3 * len(corners)).reshape(-1, 3))
     # Corners on one line, as gmsh makes of places closer than its own accuracy, have no height.

@@ -11,8 +11,8 @@ from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid, Ints, build_grid
 from cfmpm.body.motion import Motion, interpolate, nearest_filled
 from cfmpm.errors import SolveError
-from cfmpm.fracture.release import triangle_quality
 from cfmpm.kernels import smoothing, topology
+from cfmpm.kernels.triangles import triangle_quality
 from cfmpm.meshing import mesh_size
 from cfmpm.meshing.margin import surround
 

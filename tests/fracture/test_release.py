@@ -7,12 +7,8 @@ import pytest
 from structured import rectangle
 
 from cfmpm.body.grid import Triangulation, build_grid
-from cfmpm.fracture.release import (
-    advance,
-    fixed_nodes,
-    is_tip,
-    triangle_quality,
-)
+from cfmpm.fracture.release import advance, fixed_nodes, is_tip
+from cfmpm.kernels.triangles import triangle_quality
 
 EXACT = 1e-10  # degrees
 

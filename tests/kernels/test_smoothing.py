@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from structured import rectangle
 
-from cfmpm.fracture.release import triangle_quality
 from cfmpm.kernels import smoothing, topology
+from cfmpm.kernels.triangles import triangle_quality
 
 
 def smooth(mesh, least, movable=None):

@@ -8,7 +8,7 @@ from structured import rectangle
 
 from cfmpm.body.grid import build_grid
 from cfmpm.errors import MeshError
-from cfmpm.fracture.release import triangle_quality
+from cfmpm.kernels.triangles import triangle_quality
 from cfmpm.meshing import triangulate
 from cfmpm.meshing.margin import surround
 from cfmpm.scene import expand, scene_from_dict

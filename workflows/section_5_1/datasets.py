@@ -136,7 +136,7 @@ def _compare(result: cfmpm.Result, wanted: int) -> xr.Dataset:
     tip = grid.nodes[grid.tips[0].node]
     radii = history.domain_radius.values
     plate = plate_fem.plate_of(result.scene, grid)
-    system = plate_fem.assemble(plate, degree=grid.elements.shape[1] // 3)
+    system = plate_fem.assemble(plate, degree=grid.element.order)
     fem = plate_fem.solve(system, spsolve)
     place, force = plate_fem.nodal_force(fem)
 
