@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import round_off
+from posed import driven, elastic, pose
 from scipy.sparse import csc_array, csr_array
 from structured import rectangle
 
 from cfmpm.body.grid import Grid, build_grid
-from cfmpm.body.loads import Loading
-from cfmpm.body.materials import material_table
-from cfmpm.body.points import seed
 from cfmpm.elements.record import Element
 from cfmpm.equilibrium import small_strain
 
 LAM, MU = 1.3, 0.9
-MATERIALS = material_table(
-    [{"E": MU * (3 * LAM + 2 * MU) / (LAM + MU), "nu": LAM / (2 * (LAM + MU))}], "strain"
-)
 
 
 class Field:
@@ -73,17 +68,12 @@ def solve(
     stiffness : sparse array
     """
     grid = build_grid(rectangle(n, n, shake=0.3, seed=n), element)
-    points = seed(grid)
-    gradients = grid.basis_gradients(points.element, points.position)
-    prescribed = np.zeros(grid.nodes.shape, bool)
-    prescribed[np.unique(np.concatenate([e.ravel() for e in grid.edges.values()]))] = True
-    values = np.where(prescribed, field.displacement(grid.nodes), 0.0)
-    nothing = np.zeros_like(values)
-    loading = Loading(prescribed, values, nothing, nothing, np.zeros(2), {}, 0)
-    stiffness = small_strain.assemble_stiffness(grid, points, gradients, MATERIALS, loading)
-    balance = small_strain.solve_linear(
-        stiffness, grid, points, gradients, MATERIALS, loading, "superlu"
+    boundary = np.unique(np.concatenate([e.ravel() for e in grid.edges.values()]))
+    problem = pose(
+        grid, driven(grid, boundary, field.displacement(grid.nodes[boundary])), elastic(LAM, MU)
     )
+    stiffness = small_strain.assemble_stiffness(problem)
+    balance = small_strain.solve_linear(problem, stiffness)
     return grid, balance.displacement, stiffness
 
 
