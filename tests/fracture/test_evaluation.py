@@ -102,10 +102,14 @@ def test_the_kink_is_that_of_the_direction_of_growth(
     assert float(tip.critical_load_factor) == pytest.approx(float(tip.load_factor), rel=1e-12)
 
 
-def test_without_a_toughness_there_is_no_load_at_fracture() -> None:
+def test_without_a_toughness_there_is_no_load_at_fracture(monkeypatch: pytest.MonkeyPatch) -> None:
     history = solved(material={"E": 1e4, "nu": 0.3})
     assert np.isfinite(history.G_kink).all()
     assert np.isnan(history.critical_load_factor).all()
+    # Nor one of infinity where nothing drives the tip.
+    found = SimpleNamespace(K_I=1.0, K_II=0.0, T_stress=0.0, G=0.0)
+    monkeypatch.setattr(evaluation, "intensity_factors", lambda *arguments: found)
+    assert np.isnan(solved(material={"E": 1e4, "nu": 0.3}).critical_load_factor).all()
 
 
 def test_values_are_those_of_the_largest_radius() -> None:

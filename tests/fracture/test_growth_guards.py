@@ -131,6 +131,20 @@ class TestClosedTips:
         found = values([0.5, 9.0], k_1=(1.0, -0.99), k_2=(0.0, shear))
         assert set(growth.decide(GRID, found, [1.0], Growth()).running) == {END}
 
+    @pytest.mark.parametrize("criterion", ["cf_norm", "energy_release_rate"])
+    def test_nothing_drives_it_by_the_configurational_force_either(self, criterion: str) -> None:
+        """Which has a direction at any tip."""
+        config = Growth(criterion=criterion, direction="cf")
+        found = values([2.0, 9.0], k_1=(1.0, -1.0), k_2=(0.0, 0.5))
+        assert set(growth.decide(GRID, found, [1.0], config).running) == {START}
+
+    def test_nor_one_whose_criterion_has_no_direction(self) -> None:
+        """A configurational force of zero points nowhere."""
+        config = Growth(criterion="energy_release_rate", direction="cf")
+        found = values([2.0, 9.0], cf_x=(-1.0, 0.0))
+        with np.errstate(invalid="ignore"):
+            assert set(growth.decide(GRID, found, [1.0], config).running) == {START}
+
 
 def test_what_drives_a_kink_counts_and_g_where_it_is_not_known() -> None:
     """On the border of two materials there is no K, and so no G of a kink."""
