@@ -14,6 +14,7 @@ import cfmpm
 from cfmpm.errors import SceneError
 from cfmpm.fracture import fatigue
 from cfmpm.fracture.fatigue import Progress
+from cfmpm.output.variables import TIP_STATUS
 from cfmpm.scene import scene_from_dict
 from cfmpm.scene.growth import Fatigue
 
@@ -237,6 +238,9 @@ def test_a_load_that_breaks_the_body_at_once():
     assert history.attrs["run_status"] == "fractured"
     assert (float(history.cycles_to_fracture), float(history.critical_crack_length)) == (0.0, 10.0)
     assert history.sizes["step"] == 1
+    # What comes now is no growth by fatigue.
+    assert TIP_STATUS[int(history.tip_status[0, 0])] == "stopped"
+    assert float(history.da_dN[0, 0]) > 0.0
 
 
 def test_no_other_scene_has_cycles():
