@@ -45,6 +45,20 @@ def pulled(law, height):
 assert math.isclose(pulled("simo_pister", 0.01), pulled("neo_hookean", 0.01), rel_tol=1e-4)
 assert pulled("simo_pister", 20) > 1.002 * pulled("neo_hookean", 20)
 
+
+def opened(element):
+    family = plate["family"] | {"traction": 10}
+    scene = {**plate, "family": family, "kinematics": "small", "material": {"E": 1000, "nu": 0.3}}
+    return cfmpm.run(cfmpm.scene_from_dict(scene | {"mesh": {"size": 10, "element": element}}))
+
+
+# Order 4 is right where order 2 is nearly so.
+fine, coarse = opened("T15"), opened("T6")
+assert len(fine.grid.elements) == len(coarse.grid.elements)
+assert len(fine.points) == 12 * len(fine.grid.elements)
+assert math.isclose(fine.history.K_I[0, 0], coarse.history.K_I[0, 0], rel_tol=3e-3)
+assert math.isclose(fine.history.J[0, 0], fine.history.G[0, 0], rel_tol=2e-4)
+
 assert local_symmetry_angle(1.0, 0.0) == 0.0
 assert math.isnan(local_symmetry_angle(-1.0, 0.5))
 for k_1, k_2 in ((1.0, 0.3), (1.0, -0.3), (0.2, 1.0), (0.0, 1.0)):
@@ -136,6 +150,7 @@ def test_what_is_new_works(extended: Path) -> None:
 
 def test_the_tests_that_the_page_names_pass(extended: Path) -> None:
     named = [
+        "tests/elements",
         "tests/kernels/test_laws.py",
         "tests/kernels/test_finite.py",
         "tests/fracture/test_criteria.py",
