@@ -163,4 +163,5 @@ for change, expected in {REFUSALS!r}:
 def test_schema_knows_it(environment: dict[str, str]) -> None:
     schema = call(environment, "-m", "cfmpm.scene.schema")
     assert '"T10_STATIONARY"' in schema
-    assert "T3: 1 point, T6: 3 points, T10: 6 points" in schema
+    assert "T3: 1 point, T6: 3 points, " in schema
+    assert ", T10: 6 points, " in schema
