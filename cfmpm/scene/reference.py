@@ -98,13 +98,13 @@ def _list(part: dict[str, Any]) -> str:
     first = part["prefixItems"][0]
     if first["type"] == "array":
         return "two points"
-    return "point" if "ge" in first else "vector"
+    return "point" if "minimum" in first else "vector"
 
 
 def _range(part: dict[str, Any]) -> str:
     """Bounds of a number; those that only catch slips of the pen go without saying."""
-    low = {">": part.get("gt"), "≥": part.get("ge")}
-    high = {"<": part.get("lt"), "≤": part.get("le")}
+    low = {">": part.get("exclusiveMinimum"), "≥": part.get("minimum")}
+    high = {"<": part.get("exclusiveMaximum"), "≤": part.get("maximum")}
     bounds = [
         f"{sign} {value:g}"
         for sign, value in [*low.items(), *high.items()]

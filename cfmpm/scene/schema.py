@@ -9,11 +9,34 @@ from typing import Any
 from cfmpm.scene.base import Model
 from cfmpm.scene.model import Scene
 
+_BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+
 
 def schema(model: type[Model] = Scene) -> dict[str, Any]:
     """The JSON schema of the files that a model describes."""
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return dialect | model.model_json_schema()
+    whole: dict[str, Any] = _with_bounds(dialect | model.model_json_schema())
+    return whole
+
+
+def _with_bounds(part: Any) -> Any:
+    """Write bounds of numbers in the words of JSON schema, and alike for all versions of pydantic.
+
+    From 2.12 on it leaves those of a number behind a validator in its own words, which no editor
+    knows.
+    """
+    if isinstance(part, list):
+        return [_with_bounds(one) for one in part]
+    if not isinstance(part, dict):
+        return part
+    bounds = {
+        word: float(part[key])
+        for own, word in _BOUNDS.items()
+        for key in (own, word)
+        if isinstance(part.get(key), int | float)
+    }
+    rest = {key: value for key, value in part.items() if _BOUNDS.get(key, key) not in bounds}
+    return {key: _with_bounds(value) for key, value in rest.items()} | bounds
 
 
 def schema_text(model: type[Model] = Scene) -> str:

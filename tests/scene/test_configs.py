@@ -50,6 +50,20 @@ def test_schema_is_up_to_date() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("key", "value"), [("size", 0), ("size", -1.0), ("size", 2e9), ("hole_size", 0.0)]
+)
+def test_an_editor_sees_the_bounds_of_numbers(key: str, value: float) -> None:
+    scene = {
+        "name": "plate",
+        "family": {"kind": "single_edge", "width": 5, "height": 10, "crack_length": 2},
+        "material": {"E": 1000, "nu": 0.3},
+    }
+    jsonschema.validate(scene | {"mesh": {key: 1.0}}, schema())
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(scene | {"mesh": {key: value}}, schema())
+
+
 def test_schema_is_printed() -> None:
     command = [sys.executable, "-m", "cfmpm.scene.schema"]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
