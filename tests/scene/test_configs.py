@@ -54,6 +54,7 @@ def test_schema_is_up_to_date() -> None:
     ("key", "value"), [("size", 0), ("size", -1.0), ("size", 2e9), ("hole_size", 0.0)]
 )
 def test_an_editor_sees_the_bounds_of_numbers(key: str, value: float) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
     scene = {
         "name": "plate",
         "family": {"kind": "single_edge", "width": 5, "height": 10, "crack_length": 2},
