@@ -191,5 +191,13 @@ def _own_constants(law: Law, row: Mapping[str, Any]) -> list[float]:
 
 
 def plane_modulus(lam: float, mu: float) -> float:
-    """Return E' of G = (K_I^2 + K_II^2) / E' [MPa]: E / (1 - nu^2), or E in plane stress."""
+    """Return E' of G = (K_I^2 + K_II^2) / E' [MPa]: E / (1 - nu^2), or E in plane stress.
+
+    Examples
+    --------
+    >>> E, nu = 210e3, 0.3
+    >>> lam, mu = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+    >>> round(plane_modulus(lam, mu) / (E / (1 - nu**2)), 12)
+    1.0
+    """
     return 4.0 * mu * (lam + mu) / (lam + 2.0 * mu)

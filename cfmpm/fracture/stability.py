@@ -29,6 +29,12 @@ def classify(force: Floats, displacement: Floats) -> NDArray[np.int8]:
         the force falls and the displacement rises, so that only a prescribed displacement holds
         the crack. Snap-back: the displacement falls, and neither does. Undefined: the last state,
         and where the load or the crack stays as it is.
+
+    Examples
+    --------
+    >>> flags = classify(np.array([1.0, 1.2, 0.9, 0.8]), np.array([1.0, 1.5, 1.7, 1.6]))
+    >>> [STABILITY[flag] for flag in flags]
+    ['stable', 'unstable', 'snap_back', 'undefined']
     """
     flags = np.zeros(len(force), np.int8)
     more_force, more_displacement = np.diff(force), np.diff(displacement)

@@ -81,5 +81,11 @@ def _points() -> Any:
 
 
 def load(place: str) -> Any:
-    """Return what stands at a place, ``"package.module:name"``, and import it if needed."""
+    """Return what stands at a place, ``"package.module:name"``, and import it if needed.
+
+    Examples
+    --------
+    >>> load("math:hypot")(3.0, 4.0)
+    5.0
+    """
     return resolve_name(place)

@@ -83,12 +83,24 @@ class Document:
 
 
 def dotted(key: Key) -> str:
-    """Write a key as in ``loads[1].displacement.x``."""
+    """Write a key.
+
+    Examples
+    --------
+    >>> dotted(("loads", 1, "displacement", "x"))
+    'loads[1].displacement.x'
+    """
     return "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in key).removeprefix(".")
 
 
 def parse_key(text: str) -> Key:
-    """Read a key such as ``loads[1].displacement.x``; LookupError says what is wrong with it."""
+    """Read a key; LookupError says what is wrong with it.
+
+    Examples
+    --------
+    >>> parse_key("loads[1].displacement.x")
+    ('loads', 1, 'displacement', 'x')
+    """
     part = r"[^.\[\]]+(\[\d{1,9}\])*"
     if not re.fullmatch(rf"{part}(\.{part})*", text):
         raise LookupError("not a key such as mesh.size or loads[0].traction")

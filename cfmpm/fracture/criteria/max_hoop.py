@@ -38,6 +38,13 @@ def max_hoop_angle(k_1: float, k_2: float) -> float:
     float
         From the tangent of the tip, anticlockwise [deg]; nan where the crack is pressed shut more
         than sheared, K_I <= -abs(K_II): the angle would be above 90 degrees.
+
+    Examples
+    --------
+    >>> round(max_hoop_angle(0.0, 1.0), 1)  # pure shear
+    -70.5
+    >>> max_hoop_angle(-1.0, 0.5)
+    nan
     """
     if is_closed(k_1, k_2):
         return math.nan

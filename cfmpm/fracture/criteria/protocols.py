@@ -108,5 +108,12 @@ def load_factor_at_fracture(driving: float, toughness: float) -> float:
     -------
     float
         Infinite where nothing drives.
+
+    Examples
+    --------
+    >>> load_factor_at_fracture(driving=0.25, toughness=1.0)
+    2.0
+    >>> load_factor_at_fracture(driving=0.0, toughness=1.0)
+    inf
     """
     return math.sqrt(toughness / driving) if driving > 0.0 else math.inf
