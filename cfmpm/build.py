@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from cfmpm.body.body import (
-    Body,
-    compose,
-)
-from cfmpm.body.grid import build_grid
+import numpy as np
+
+from cfmpm.body import particle_domains
+from cfmpm.body.body import NOTHING_GROWN, Body, Grown
+from cfmpm.body.grid import Grid, Ints, Triangulation, build_grid
+from cfmpm.body.loads import apply_loads, hold_nodes
 from cfmpm.body.materials import Materials, departures_at_rest, material_table
-from cfmpm.body.points import seed
+from cfmpm.body.points import MaterialPoints, seed
+from cfmpm.body.tip_domains import choose_domains
+from cfmpm.body.volume_patches import build_patches
 from cfmpm.errors import Problem, SceneError
 from cfmpm.meshing import triangulate
 from cfmpm.registry.laws import LAWS
-from cfmpm.scene import Scene, expand
+from cfmpm.scene import Scene, expand, geometry
+from cfmpm.scene.shapes import Side
 
 # Part of its stiffness by which a law may differ from Hooke's at rest: constants have few digits.
 UNLIKE = 1e-3
@@ -43,6 +47,76 @@ def build(scene: Scene) -> Body:
     points = seed(grid)
     materials = materials_of(scene, grid.region_names)
     return compose(scene, materials, triangulation, grid, points)
+
+
+def compose(
+    scene: Scene,
+    materials: Materials,
+    triangulation: Triangulation,
+    grid: Grid,
+    points: MaterialPoints,
+    domains: particle_domains.ParticleDomains | None = None,
+    quadrature: particle_domains.Quadrature | None = None,
+    grown: Grown = NOTHING_GROWN,
+) -> Body:
+    """Put a body together: its loads, tip domains and what it is integrated over.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    materials, triangulation, grid, points, domains, quadrature, grown
+        As in `Body`.
+
+    Returns
+    -------
+    Body
+
+    Raises
+    ------
+    SceneError
+        Where the loads do not make sense on the grid.
+    UnheldError
+        Where the loads drive a part away.
+    """
+    integration = points if quadrature is None else particle_domains.as_points(quadrature)
+    floating, empty = _without_points(grid, integration.element)
+    loading = apply_loads(scene.loads, true_sides(scene), grid, integration)
+    radii, growing = scene.fracture.radii, scene.growth is not None
+    return Body(
+        materials=materials,
+        triangulation=triangulation,
+        grid=grid,
+        points=points,
+        domains=domains,
+        quadrature=quadrature,
+        loading=hold_nodes(loading, floating),
+        tip_domains=tuple(choose_domains(grid, tip, radii, growing=growing) for tip in grid.tips),
+        patches=build_patches(grid) if grid.element.locks and materials.locks.any() else None,
+        grown=grown,
+        empty_elements=empty,
+        floating_nodes=len(floating),
+    )
+
+
+def true_sides(scene: Scene) -> dict[str, list[Side]]:
+    """The true sides of the boundary by the names of their edges; nobody knows a mesh file's."""
+    sides: dict[str, list[Side]] = {}
+    if scene.geometry is not None:
+        for name, side in geometry.Body(scene.geometry).sides:
+            sides.setdefault(name, []).append(side)
+    return sides
+
+
+def _without_points(grid: Grid, element: Ints) -> tuple[Ints, int]:
+    """Find the nodes that only triangles without a point touch, and count those triangles."""
+    filled = np.zeros(len(grid.elements), bool)
+    filled[element] = True
+    if filled.all():
+        return np.empty(0, np.int64), 0
+    touched = np.zeros(len(grid.nodes), bool)
+    touched[grid.elements[filled]] = True
+    return np.flatnonzero(~touched), int((~filled).sum())
 
 
 def materials_of(scene: Scene, region_names: tuple[str, ...]) -> Materials:

@@ -52,7 +52,7 @@ def locate(body: Body) -> tuple[Body, Floats]:
     return body, reference.pull_back(gradients, body.motion.base)
 
 
-def problem_of(body: Body, gradients: Floats) -> BoundaryValueProblem:
+def problem_of(body: Body, gradients: Floats, solver: str = "auto") -> BoundaryValueProblem:
     """Pose what has to be brought into balance.
 
     Parameters
@@ -60,6 +60,8 @@ def problem_of(body: Body, gradients: Floats) -> BoundaryValueProblem:
     body : Body
     gradients : (p, k, 2) float
         Basis gradients at its quadrature points [1/mm].
+    solver : str
+        A word of `registry.solvers`.
     """
     problem = BoundaryValueProblem(
         grid=body.grid,
@@ -67,7 +69,7 @@ def problem_of(body: Body, gradients: Floats) -> BoundaryValueProblem:
         gradients=gradients,
         materials=body.materials,
         loading=body.loading,
-        solver=body.scene.solver,
+        solver=solver,
         patches=body.patches,
     )
     if body.motion is None:
@@ -81,12 +83,19 @@ def problem_of(body: Body, gradients: Floats) -> BoundaryValueProblem:
 
 
 def solve(
-    body: Body, gradients: Floats, last: Equilibrium | None, level: float, clock: Clock
+    scene: Scene,
+    body: Body,
+    gradients: Floats,
+    last: Equilibrium | None,
+    level: float,
+    clock: Clock,
 ) -> Equilibrium:
     """Bring a body into balance at a load factor.
 
     Parameters
     ----------
+    scene : Scene
+        That says how: kinematics, solver, load steps.
     body : Body
     gradients : (p, k, 2) float
         Basis gradients at its quadrature points [1/mm].
@@ -107,12 +116,11 @@ def solve(
     SolveError
         Where there is no equilibrium to be found.
     """
-    scene = body.scene
+    problem = problem_of(body, gradients, scene.solver)
     if scene.kinematics == "finite" or (last is not None and last.finite):
-        return _solve_finite(body, gradients, last, level, clock)
+        return _solve_finite(problem, last, level, clock)
     if last is not None:
         return last
-    problem = problem_of(body, gradients)
     with clock("stiffness"):  # step 3
         stiffness = small_strain.assemble_stiffness(problem)
     with clock("equilibrium"):  # steps 4 to 6: forces, balance, state of the points
@@ -123,7 +131,7 @@ def solve(
         effect = finite_effect(problem, balance, largest)
         balance = replace(balance, finite_effect=effect / largest)
         if _may_be_finite(scene) and (min(levels) < 0.0 or effect > NEGLIGIBLE):
-            return _solve_finite(body, gradients, None, level, clock)
+            return _solve_finite(problem, None, level, clock)
     return balance
 
 
@@ -137,7 +145,7 @@ def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | Non
     nothing = np.zeros((len(body.grid.nodes), 2))
     return replace(
         balance,
-        points=body.integration.at_rest(),
+        points=body.integration.at_rest(body.materials.n_internal),
         displacement=transfer.interpolate_displacement(old, balance.displacement, body.grid),
         internal_force=nothing,
         contact_force=nothing,
@@ -226,9 +234,8 @@ def _may_be_finite(scene: Scene) -> bool:
 
 
 def _solve_finite(
-    body: Body, gradients: Floats, last: Equilibrium | None, level: float, clock: Clock
+    problem: BoundaryValueProblem, last: Equilibrium | None, level: float, clock: Clock
 ) -> Equilibrium:
-    problem = problem_of(body, gradients)
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
         if last is None:
             return _turned(problem, stepping.advance(problem, stepping.at_rest(problem), level))

@@ -72,4 +72,4 @@ def run(
 
 def _beginning(scene: Scene) -> Start:
     stage = steps.begin(scene)
-    return Start(stage, Record.of(scene, stage.body))
+    return Start(stage, Record.of(scene, stage))

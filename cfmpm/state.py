@@ -26,6 +26,8 @@ class Stage:
 
     Attributes
     ----------
+    scene : Scene
+        Expanded: with its geometry, loads and names.
     body : Body
     decision : growth.Decision or None
         The one that made this body.
@@ -40,6 +42,7 @@ class Stage:
         Basis gradients at the quadrature points [1/mm]; None while the grid is new.
     """
 
+    scene: Scene
     body: Body
     decision: growth.Decision | None = None
     step: int = 1
@@ -81,7 +84,7 @@ class State:
     @property
     def scene(self) -> Scene:
         """The scene, expanded: with its geometry, loads and names."""
-        return self.body.scene
+        return self.stage.scene
 
     @property
     def grid(self) -> Grid:

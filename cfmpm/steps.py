@@ -12,15 +12,15 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.fracture import growing, growth
 from cfmpm.fracture.evaluation import evaluate_tips
-from cfmpm.scene import Scene
+from cfmpm.scene import Scene, expand
 from cfmpm.state import Stage, State
 from cfmpm.updated import reference, reset
 
 
 def begin(scene: Scene) -> Stage:
     """Make the grid with cracks as doubled nodes, material points and loads (step 1)."""
-    body = build(scene)
-    return Stage(reset.begin(body) if scene.formulation == "updated" else body)
+    full, body = expand(scene), build(scene)
+    return Stage(full, reset.begin(body, full) if full.formulation == "updated" else body)
 
 
 def locate(at: Stage, clock: Clock) -> Stage:
@@ -51,14 +51,14 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
         Where there is none to begin with.
     """
     assert at.gradients is not None
-    body, factor = at.body, mechanics.load_levels(at.body.scene)[at.level]
+    body, factor = at.body, mechanics.load_levels(at.scene)[at.level]
     try:
-        balance = mechanics.solve(body, at.gradients, at.balance, factor, clock)
+        balance = mechanics.solve(at.scene, body, at.gradients, at.balance, factor, clock)
     except SolveError as failure:
         error = SolveError(f"step {at.step}: {failure}")
         if before is None:
             raise error from failure
-        settings = body.scene.growth
+        settings = at.scene.growth
         if settings is not None and settings.transfer == "paper":
             text = f"unsolvable: growth.transfer: paper took stiffness away; {failure}"
             cracks = LastCracks(body.triangulation, body.grown)
@@ -72,12 +72,13 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
 def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
     """Evaluate the tips: configurational force, J, K_I, K_II, T, and which of them run (step 7)."""
     assert at.gradients is not None
-    body, scene = at.body, at.body.scene
+    body, scene = at.body, at.scene
     with clock("fracture"):
         seen = reference.in_reference(body, at.gradients, balance)
         nodal = mechanics.nodal_force(*seen)
         plastic = mechanics.plastic_nodal_force(*seen)
-        tips = evaluate_tips(*seen, nodal, plastic)
+        direction = "max_hoop" if scene.growth is None else scene.growth.direction
+        tips = evaluate_tips(*seen, nodal, plastic, direction)
         tips |= reference.compare(body, at.gradients, balance)
         factor = balance.load_factor if balance.finite else mechanics.load_levels(scene)[at.level]
         decision = growth.decide(
@@ -124,7 +125,7 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
     """
     if balance.stopped:
         raise RunEnded("unstable", f"unstable: {balance.stopped}")
-    scene = at.body.scene
+    scene = at.scene
     growth.check_end(
         scene.growth,
         state.decision,
@@ -139,9 +140,9 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
 def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
     """Align segments with the directions, double nodes, redefine the grid (step 8)."""
     with clock("release"):
-        body = growing.release(at.body, state.decision.running)
+        body = growing.release(at.scene, at.body, state.decision.running)
         carried = mechanics.carry_over(balance, state.grid, body)
-    return Stage(body, state.decision, at.step + 1, at.level, carried)
+    return Stage(at.scene, body, state.decision, at.step + 1, at.level, carried)
 
 
 def advance(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:

@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-import numpy as np
-
 from cfmpm.body import particle_domains
-from cfmpm.body.grid import Grid, Ints, Triangulation, build_grid
-from cfmpm.body.loads import Loading, apply_loads, hold_nodes
+from cfmpm.body.grid import Grid, Triangulation, build_grid
+from cfmpm.body.loads import Loading
 from cfmpm.body.materials import Materials
 from cfmpm.body.motion import Motion
 from cfmpm.body.points import MOVED_OFF, MaterialPoints, relocate
-from cfmpm.body.tip_domains import Domains, choose_domains
-from cfmpm.body.volume_patches import Patches, build_patches
-from cfmpm.scene import Scene
+from cfmpm.body.tip_domains import Domains
+from cfmpm.body.volume_patches import Patches
+from cfmpm.elements.record import Element
 
 
 @dataclass(frozen=True)
@@ -51,8 +49,6 @@ class Body:
 
     Attributes
     ----------
-    scene : Scene
-        Expanded: with its geometry, loads and names.
     materials : Materials
         Of the regions.
     triangulation : Triangulation
@@ -77,7 +73,6 @@ class Body:
         From the reference configuration, where the grid is reset; None where all is in that.
     """
 
-    scene: Scene
     materials: Materials
     triangulation: Triangulation
     grid: Grid
@@ -106,55 +101,6 @@ class Body:
         return {tip.name for tip, domain in pairs if not domain.steers}
 
 
-def compose(
-    scene: Scene,
-    materials: Materials,
-    triangulation: Triangulation,
-    grid: Grid,
-    points: MaterialPoints,
-    domains: particle_domains.ParticleDomains | None = None,
-    quadrature: particle_domains.Quadrature | None = None,
-    grown: Grown = NOTHING_GROWN,
-) -> Body:
-    """Put a body together: its loads, tip domains and what it is integrated over.
-
-    Parameters
-    ----------
-    scene : Scene
-        Expanded.
-    materials, triangulation, grid, points, domains, quadrature, grown
-        As in `Body`.
-
-    Returns
-    -------
-    Body
-
-    Raises
-    ------
-    SceneError
-        Where the loads do not make sense on the grid.
-    UnheldError
-        Where the loads drive a part away.
-    """
-    integration = points if quadrature is None else particle_domains.as_points(quadrature)
-    floating, empty = _without_points(grid, integration.element)
-    return Body(
-        scene=scene,
-        materials=materials,
-        triangulation=triangulation,
-        grid=grid,
-        points=points,
-        domains=domains,
-        quadrature=quadrature,
-        loading=hold_nodes(apply_loads(scene, grid, integration), floating),
-        tip_domains=_tip_domains(scene, grid),
-        patches=build_patches(grid) if grid.element.locks and materials.locks.any() else None,
-        grown=grown,
-        empty_elements=empty,
-        floating_nodes=len(floating),
-    )
-
-
 def locate(body: Body, reason: str = MOVED_OFF) -> Body:
     """Find the triangles that what is summed over lies in, from those that held it.
 
@@ -176,35 +122,18 @@ def locate(body: Body, reason: str = MOVED_OFF) -> Body:
 
 
 def named_grid(
-    triangulation: Triangulation, scene: Scene, names: Mapping[tuple[str, int], str]
+    triangulation: Triangulation, element: Element | str, names: Mapping[tuple[str, int], str]
 ) -> Grid:
     """Build the grid of a body that has grown.
 
     Parameters
     ----------
     triangulation : Triangulation
-    scene : Scene
+    element : Element or str
+        As in `build_grid`.
     names : mapping of (str, int) to str
         Name of the tip at each end of a crack: one end stays its start, though the other arrived.
     """
-    grid = build_grid(triangulation, scene.mesh.element)
+    grid = build_grid(triangulation, element)
     tips = tuple(replace(tip, name=names[tip.crack, tip.end]) for tip in grid.tips)
     return replace(grid, tips=tips)
-
-
-def _tip_domains(scene: Scene, grid: Grid) -> tuple[Domains, ...]:
-    growing = scene.growth is not None
-    return tuple(
-        choose_domains(grid, tip, scene.fracture.radii, growing=growing) for tip in grid.tips
-    )
-
-
-def _without_points(grid: Grid, element: Ints) -> tuple[Ints, int]:
-    """Find the nodes that only triangles without a point touch, and count those triangles."""
-    filled = np.zeros(len(grid.elements), bool)
-    filled[element] = True
-    if filled.all():
-        return np.empty(0, np.int64), 0
-    touched = np.zeros(len(grid.nodes), bool)
-    touched[grid.elements[filled]] = True
-    return np.flatnonzero(~touched), int((~filled).sum())

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.registry.loads import LOADS
-from cfmpm.scene.geometry import Body
-from cfmpm.scene.loads import Load
-from cfmpm.scene.model import Scene
-from cfmpm.scene.shapes import XY
+
+if TYPE_CHECKING:  # values that are handed in
+    from cfmpm.scene.loads import Load
+    from cfmpm.scene.shapes import XY, Side
 
 # Of the size of the body, or of an edge: what round-off may leave a node or a cut off its place.
 SLACK = 1e-9
@@ -33,14 +35,14 @@ class Segments:
     weights: Floats
 
 
-def find_segments(load: Load, scene: Scene, grid: Grid) -> Segments:
+def find_segments(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Segments:
     """Find the parts of the boundary that a load on an edge or in a box acts on.
 
     Parameters
     ----------
     load : Load
-    scene : Scene
-        Expanded.
+    sides : mapping of str to sequence of Side
+        The true sides of the boundary, by the names of their edges; of a mesh file none.
     grid : Grid
 
     Returns
@@ -50,7 +52,9 @@ def find_segments(load: Load, scene: Scene, grid: Grid) -> Segments:
     """
     names = [load.edge] if load.edge is not None else list(grid.edges)
     edges = np.concatenate([grid.edges[name] for name in names])
-    lengths = np.concatenate([_true_lengths(name, scene, grid) for name in names])
+    lengths = np.concatenate(
+        [_true_lengths(grid, grid.edges[name], sides.get(name, ())) for name in names]
+    )
     if load.box is not None:
         # In a mesh file an edge may have two names.
         edges, first = np.unique(edges, axis=0, return_index=True)
@@ -123,17 +127,13 @@ def _lengths(grid: Grid, edges: Ints) -> Floats:
     return np.hypot(*(grid.nodes[edges[:, 1]] - grid.nodes[edges[:, 0]]).T)
 
 
-def _true_lengths(name: str, scene: Scene, grid: Grid) -> Floats:
-    """Length of the boundary that each edge of a named part stands for: more than that of a chord.
+def _true_lengths(grid: Grid, edges: Ints, sides: Sequence[Side]) -> Floats:
+    """Length of the boundary that each edge of a part stands for: more than that of a chord.
 
     A force given as traction times length is then applied in full. In a mesh file nobody knows
     the true shape.
     """
-    edges = grid.edges[name]
     lengths = _lengths(grid, edges)
-    if scene.geometry is None:
-        return lengths
-    sides = [side for of, side in Body(scene.geometry).sides if of == name]
     if all(side.through is None for side in sides):
         return lengths
     middles = grid.nodes[edges[:, :2]].mean(axis=1)

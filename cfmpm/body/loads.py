@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,10 @@ from cfmpm.errors import Problem, SceneError
 from cfmpm.kernels import assembly
 from cfmpm.registry.loads import LOADS
 from cfmpm.registry.table import load as find
-from cfmpm.scene.loads import Load
-from cfmpm.scene.model import Scene
+
+if TYPE_CHECKING:  # values that are handed in
+    from cfmpm.scene.loads import Load
+    from cfmpm.scene.shapes import Side
 
 
 @dataclass(frozen=True)
@@ -141,13 +143,17 @@ class Loading:
         return displacement - (share[:, None, None] * self.loose).sum(axis=0)
 
 
-def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
-    """Turn the loads of a scene into nodal values.
+def apply_loads(
+    loads: Sequence[Load], sides: Mapping[str, Sequence[Side]], grid: Grid, points: MaterialPoints
+) -> Loading:
+    """Turn loads into nodal values.
 
     Parameters
     ----------
-    scene : Scene
-        Expanded: every load has its name.
+    loads : sequence of Load
+        Each with its name.
+    sides : mapping of str to sequence of Side
+        The true sides of the boundary, by the names of their edges; of a mesh file none.
     grid : Grid
     points : MaterialPoints
 
@@ -167,8 +173,8 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     """
     nodal = _NodalValues.of(grid)
     problems: list[Problem] = []
-    places = [_place_of(load, scene, grid) for load in scene.loads]
-    for i, (load, place) in enumerate(zip(scene.loads, places, strict=True)):
+    places = [_place_of(load, sides, grid) for load in loads]
+    for i, (load, place) in enumerate(zip(loads, places, strict=True)):
         if LOADS[load.kind].places and place.nodes.size == 0:
             reason = "no part of the boundary lies in the box"
             if place.segments is not None and len(place.segments.edges):
@@ -188,7 +194,7 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
         force += own_weight
     warnings = [
         warning
-        for i, (load, place) in enumerate(zip(scene.loads, places, strict=True))
+        for i, (load, place) in enumerate(zip(loads, places, strict=True))
         if place.segments is not None and not LOADS[load.kind].holds
         for warning in _lost(load, i, place.segments, prescribed)
     ]
@@ -211,13 +217,13 @@ def apply_loads(scene: Scene, grid: Grid, points: MaterialPoints) -> Loading:
     )
 
 
-def _place_of(load: Load, scene: Scene, grid: Grid) -> Place:
+def _place_of(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Place:
     """Find the nodes that a load acts on."""
     if not LOADS[load.kind].places:
         return Place(np.empty(0, np.int64), np.empty(0))
     if load.point is not None:
         return Place(np.array([grid.points[str(load.name)]]), np.ones(1))
-    segments = find_segments(load, scene, grid)
+    segments = find_segments(load, sides, grid)
     return Place(*nodes_and_weights(load, grid, segments), segments)
 
 

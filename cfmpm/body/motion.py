@@ -13,6 +13,28 @@ from cfmpm.body.springs import Springs
 
 
 @dataclass(frozen=True)
+class Reset:
+    """How a grid is reset after a load step.
+
+    Attributes
+    ----------
+    fixed : bool
+        Back to where it was; else it follows the material.
+    by_domains : bool
+        Whether the parts of particle domains are summed over; else the points where they are.
+    smooth_below : float
+        Quality of a triangle of a following grid below which it is smoothed.
+    ghost : float
+        Stabilisation of triangles that hold little material, over their largest modulus.
+    """
+
+    fixed: bool
+    by_domains: bool
+    smooth_below: float
+    ghost: float
+
+
+@dataclass(frozen=True)
 class Motion:
     """What an updated Lagrangian body keeps of its reference configuration, and how it moved.
 
@@ -21,6 +43,7 @@ class Motion:
 
     Attributes
     ----------
+    reset : Reset
     reference : Grid
         In which the points were seeded.
     loading : Loading
@@ -49,6 +72,7 @@ class Motion:
         Least part of a triangle that material fills, of those that hold any.
     """
 
+    reset: Reset
     reference: Grid
     loading: Loading
     position: Floats

@@ -56,20 +56,21 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
     from cfmpm.linear import solvers
     from cfmpm.output import choices, summary
     from cfmpm.plotting.files import save_scene
-    from cfmpm.scene import load_scene
+    from cfmpm.scene import expand, load_scene
 
     overrides = read_overrides(set_)
     scene = load_scene(scene_file, overrides)
     announce_size(scene)
+    full = expand(scene)
     with problems_placed(scene, scene_file, overrides):
         start = build.build(scene)
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
-    finite = start.scene.kinematics == "finite"
-    left_out = choices.left_out(start.scene, bool(start.grid.tips), finite=finite)
+    finite = full.kinematics == "finite"
+    left_out = choices.left_out(full, bool(start.grid.tips), finite=finite)
     radii = [max(domain.radii) for domain in start.tip_domains]
     folder = output or Path("results") / scene.name
-    path = save_scene(folder, start.scene, start.grid, start.loading, radii)
-    typer.echo(summary.of_check(start, solver, left_out, path))
+    path = save_scene(folder, full, start.grid, start.loading, radii)
+    typer.echo(summary.of_check(full, start, solver, left_out, path))
 
 
 @app.command(short_help="Draw a result.")
@@ -100,10 +101,12 @@ def plot(
     from cfmpm.output.reading import read_result
     from cfmpm.output.run_folder import FIELDS, HISTORY, INDEX
     from cfmpm.plotting import animate_growth, files
+    from cfmpm.scene import expand
 
     source = result / HISTORY if result.is_dir() else result
     history = open_history(source)
     scene = History(history).scene
+    full = expand(scene)
     folder = output or source.parent
     fields_file = source.parent / FIELDS
     fields = read_result(fields_file, "face_nodes") if fields_file.exists() else None
@@ -118,11 +121,11 @@ def plot(
         state = build.build(scene)
 
     radii = [max(domain.radii) for domain in state.tip_domains]
-    written = [files.save_scene(folder, state.scene, state.grid, state.loading, radii)]
+    written = [files.save_scene(folder, full, state.grid, state.loading, radii)]
     written += files.save_tip_points(folder, state) + files.save_radii(folder, history)
     written += files.save_steps(folder, history)
     if scene.growth is not None:
-        written += files.save_growth(folder, history, state.scene, state.grid)
+        written += files.save_growth(folder, history, full, state.grid)
         if (source.parent / INDEX).exists():
             try:
                 written.append(animate_growth(source.parent, folder / "growth.gif"))

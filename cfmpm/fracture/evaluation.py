@@ -18,7 +18,12 @@ from cfmpm.body.tip_domains import FILL, sharp_bend
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import cf
 from cfmpm.fracture.criteria.max_hoop import max_hoop_angle
-from cfmpm.fracture.criteria.protocols import direction_by, is_closed, load_factor_at_fracture
+from cfmpm.fracture.criteria.protocols import (
+    Direction,
+    direction_by,
+    is_closed,
+    load_factor_at_fracture,
+)
 from cfmpm.fracture.interaction import bent_faces, intensity_factors
 
 
@@ -28,6 +33,7 @@ def evaluate_tips(
     balance: Equilibrium,
     nodal: Floats,
     plastic: Floats | None = None,
+    direction: str = "max_hoop",
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
@@ -45,6 +51,8 @@ def evaluate_tips(
         From `cf.nodal_force`.
     plastic : (n, 2) float, optional
         From `mechanics.plastic_nodal_force`.
+    direction : str
+        The word in `registry.criteria` of where cracks turn to.
 
     Returns
     -------
@@ -78,7 +86,7 @@ def evaluate_tips(
         if plastic is not None:
             row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, largest)
         if has_k:
-            row |= _kink(row, body, float(material.g_c[0]))
+            row |= _kink(row, direction_by(direction), float(material.g_c[0]))
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
     return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
@@ -135,11 +143,9 @@ def _of_rings(rings: Sequence[dict[str, float]], largest: int) -> dict[str, Any]
     }
 
 
-def _kink(row: Mapping[str, Any], body: Body, toughness: float) -> dict[str, float]:
+def _kink(row: Mapping[str, Any], direction: Direction, toughness: float) -> dict[str, float]:
     """Where a tip would turn to, what drives it there, and the load at which that is g_c."""
     k_1, k_2 = row["K_I"], row["K_II"]
-    growth = body.scene.growth
-    direction = direction_by("max_hoop" if growth is None else growth.direction)
     loaded = k_1 != 0.0 or k_2 != 0.0
     driving = row["G"] * (direction.kink_factor(row) if loaded else 1.0)
     found = {"kink_angle": max_hoop_angle(k_1, k_2), "G_kink": driving}

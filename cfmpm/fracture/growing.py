@@ -8,26 +8,25 @@ from dataclasses import replace
 import numpy as np
 
 from cfmpm.body import particle_domains
-from cfmpm.body.body import (
-    Body,
-    Grown,
-    compose,
-    named_grid,
-)
+from cfmpm.body.body import Body, Grown, named_grid
 from cfmpm.body.grid import Floats, Triangulation
 from cfmpm.body.points import relocate
 from cfmpm.body.rigid_motions import UnheldError
+from cfmpm.build import compose
 from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.fracture.refinement import refine
 from cfmpm.fracture.release import Release, advance, is_tip
 from cfmpm.meshing import running_size
+from cfmpm.scene import Scene
 
 
-def release(body: Body, running: Mapping[str, Floats]) -> Body:
+def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     """Lengthen the cracks at the tips that run, one after the other, and redefine the grid.
 
     Parameters
     ----------
+    scene : Scene
+        Expanded.
     body : Body
     running : mapping of str to (2,) float
         Direction of each tip that runs, by its name.
@@ -44,7 +43,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
         Where the crack has cut off a part that the loads drive away, or has met the point of a load
         or a support.
     """
-    scene, mesh = body.scene, body.triangulation
+    mesh = body.triangulation
     tips = {tip.name: tip for tip in body.grid.tips}
     steps: list[Release] = []
     segments: dict[str, float] = {}
@@ -64,7 +63,7 @@ def release(body: Body, running: Mapping[str, Floats]) -> Body:
             spent += segments[name] * _toughness_of(mesh, step, body.materials.g_c)
             steps.append(step)
     names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
-    grid = named_grid(mesh, scene, names)
+    grid = named_grid(mesh, body.grid.element, names)
     changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
     points, domains, quadrature = body.points, body.domains, body.quadrature
     # As the paper transfers them, points integrate as they are.

@@ -17,7 +17,7 @@ from cfmpm.body.body import Body, Grown
 from cfmpm.body.grid import Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
 from cfmpm.body.points import DeformedPoints, MaterialPoints, seed
-from cfmpm.build import materials_of
+from cfmpm.build import compose, materials_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import Problem, SceneError
 from cfmpm.fracture.fatigue import Progress
@@ -147,7 +147,8 @@ def read_checkpoint(path: Path) -> Start:
         decision = Decision(**decision)
     record.decision = decision
     body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])
-    return Start(Stage(body, decision, len(record.steps) + 1, texts["level"], balance), record)
+    step = len(record.steps) + 1
+    return Start(Stage(record.full, body, decision, step, texts["level"], balance), record)
 
 
 def _columns(
@@ -240,15 +241,15 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         points=texts["points"],
     )
     names = {place: name for name, place in record.origin.tips.items()}
-    grid = bodies.named_grid(mesh, record.full, names)
+    grid = bodies.named_grid(mesh, record.full.mesh.element, names)
     points = _table(arrays, "points", MaterialPoints)
     materials = materials_of(record.full, mesh.region_names)
     quadrature = _table(arrays, "quadrature", Quadrature)
     if record.full.formulation == "updated":
-        body = reset.begin(bodies.compose(record.full, materials, mesh, grid, seed(grid)))
+        body = reset.begin(compose(record.full, materials, mesh, grid, seed(grid)), record.full)
         kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
         return reset.restore(body, arrays["grid.nodes"], points, quadrature, kept)
-    return bodies.compose(
+    return compose(
         record.full,
         materials,
         mesh,

@@ -58,11 +58,13 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
     return items
 
 
-def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
+def choices(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Say what was chosen, as attributes of the history.
 
     Parameters
     ----------
+    scene : Scene
+        Expanded.
     body : Body
     balance : Equilibrium
 
@@ -70,10 +72,10 @@ def choices(body: Body, balance: Equilibrium) -> dict[str, Any]:
     -------
     dict of str to value
     """
-    grading = resolved_grading(body.scene)
+    grading = resolved_grading(scene)
     notes: dict[str, Any] = {
-        "formulation": _formulation(body.scene) + _kinematics(balance),
-        "element": body.scene.mesh.element,
+        "formulation": _formulation(scene) + _kinematics(balance),
+        "element": scene.mesh.element,
         "solver": balance.solver,
         "linear_iterations": balance.iterations,
         "rigid_motions_held": body.loading.held,

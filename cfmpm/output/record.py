@@ -22,7 +22,7 @@ from cfmpm.output.history import StepRecord, build_history
 from cfmpm.registry.solvers import SOLVERS
 from cfmpm.registry.table import load
 from cfmpm.scene.model import Scene
-from cfmpm.state import State
+from cfmpm.state import Stage, State
 
 # What a tip inside a body does.
 _INSIDE = ("growing", "stopped")
@@ -47,13 +47,13 @@ class Origin:
     radii: list[float]
 
     @classmethod
-    def of(cls, body: Body) -> Self:
-        """The origin of a run that starts with a body."""
+    def of(cls, scene: Scene, body: Body) -> Self:
+        """The origin of a run that starts with a body of a scene."""
         loading = body.loading if body.motion is None else body.motion.loading
         return cls(
             tips={tip.name: (tip.crack, tip.end) for tip in body.grid.tips},
             boundaries=list(loading.boundaries),
-            radii=_nominal_radii(body),
+            radii=_nominal_radii(scene, body),
         )
 
 
@@ -79,9 +79,9 @@ class Record:
         self.decision: Decision | None = None
 
     @classmethod
-    def of(cls, scene: Scene, body: Body) -> Self:
-        """The record of a run that starts with a body of a scene."""
-        return cls(scene, body.scene, Origin.of(body))
+    def of(cls, scene: Scene, stage: Stage) -> Self:
+        """The record of a run of a scene that starts with a stage."""
+        return cls(scene, stage.scene, Origin.of(stage.scene, stage.body))
 
     def add(self, state: State, seconds: Mapping[str, float]) -> None:
         """Add a state of balance.
@@ -127,8 +127,8 @@ class Record:
             values["fracture_energy"] = spent
             values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
         self.steps.append(StepRecord(factor, values, seconds, conjugates))
-        self.notes |= choices.choices(body, balance)
-        self.warnings |= dict.fromkeys(warnings.doubts(body, balance, scale))
+        self.notes |= choices.choices(self.full, body, balance)
+        self.warnings |= dict.fromkeys(warnings.doubts(self.full, body, balance, scale))
         self.warnings |= dict.fromkeys(warnings.doubts_at_tips(body, tips))
 
     def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
@@ -378,10 +378,10 @@ def _negative_pivots(solver: str) -> float:
     return 0.0 if not solver or load(SOLVERS[solver].place).direct else np.nan
 
 
-def _nominal_radii(body: Body) -> list[float]:
+def _nominal_radii(scene: Scene, body: Body) -> list[float]:
     """The radii asked for, else those of the tip with the most room."""
-    if not isinstance(body.scene.fracture.radii, int):
-        return list(body.scene.fracture.radii)
+    if not isinstance(scene.fracture.radii, int):
+        return list(scene.fracture.radii)
     if not body.tip_domains:
         return []
     return list(max((domain.radii for domain in body.tip_domains), key=max))

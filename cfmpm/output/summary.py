@@ -52,7 +52,7 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
     solved = np.flatnonzero(np.isfinite(whole["n_unknowns"].values))
     history = whole.isel(step=solved[-1])
     growing = result.scene.growth is not None
-    blocks = [_heading(result)]
+    blocks = [_heading(result.scene)]
     tips = [str(name) for name in history["tip"].values]
     for first in range(0, len(tips), _TIPS_ABREAST):
         some = tips[first : first + _TIPS_ABREAST]
@@ -67,7 +67,7 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
     iterations = history.attrs["linear_iterations"]
     facts = [
         *(_growth_facts(result) if growing else []),
-        *_sizes(result),
+        *_sizes(result.scene, result),
         ("unknowns", f"{int(history['n_unknowns'])}"),
         (
             "solver",
@@ -106,11 +106,13 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
     ]
 
 
-def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -> str:
+def of_check(scene: Scene, start: Body, solver: str, left_out: Sequence[str], written: Path) -> str:
     """Sum up a scene before it is solved.
 
     Parameters
     ----------
+    scene : Scene
+        Expanded.
     start : Body
     solver : str
         That would be taken.
@@ -126,16 +128,16 @@ def of_check(start: Body, solver: str, left_out: Sequence[str], written: Path) -
         for tip, domain in zip(start.grid.tips, start.tip_domains, strict=True)
     ]
     facts = [
-        *_sizes(start),
+        *_sizes(scene, start),
         ("unknowns", f"{int((~start.loading.prescribed).sum())}"),
         ("solver", solver),
         *_list("tips", tips + _with_two_tips(start.grid)),
-        *_list("growth", _growth_plan(start.scene)),
-        *_list("doubtful", doubts_before(start)),
+        *_list("growth", _growth_plan(scene)),
+        *_list("doubtful", doubts_before(scene, start)),
         *_list("left out", left_out),
         ("written", str(written)),
     ]
-    return f"{_heading(start)}\n\n{_facts(facts)}"
+    return f"{_heading(scene)}\n\n{_facts(facts)}"
 
 
 def _with_two_tips(grid: Grid) -> list[str]:
@@ -171,18 +173,17 @@ def _warnings(history: xr.Dataset) -> list[str]:
     return ["\n".join(textwrap.wrap(text, WIDTH)) for text in texts]
 
 
-def _heading(of: Body | Result) -> str:
-    scene = of.scene
+def _heading(scene: Scene) -> str:
     text = f"{scene.name}: {scene.description}" if scene.description else scene.name
     return "\n".join(textwrap.wrap(text, WIDTH))
 
 
-def _sizes(of: Body | Result) -> list[tuple[str, str]]:
+def _sizes(scene: Scene, of: Body | Result) -> list[tuple[str, str]]:
     grid, held = of.grid, of.loading.held
     facts = [
         (
             "grid",
-            f"{len(grid.elements)} triangles {of.scene.mesh.element}, {len(grid.nodes)} nodes",
+            f"{len(grid.elements)} triangles {scene.mesh.element}, {len(grid.nodes)} nodes",
         ),
         ("points", f"{len(of.points)}"),
     ]

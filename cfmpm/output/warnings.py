@@ -112,8 +112,6 @@ def _by_finite(scene: Scene) -> str:
 
 def _adds_up(body: Body, balance: Equilibrium) -> bool:
     """Whether the work of the loads is what is stored and what plastic flow has taken."""
-    if body.motion is not None or body.scene.growth is not None:
-        return True
     points = balance.points
     spent = np.sum(points.energy * points.volume)
     if points.internal_variables.size:
@@ -131,11 +129,13 @@ def _leans(body: Body, balance: Equilibrium) -> bool:
     return bool(np.abs(force[places]).max() > 1e-6 * largest)
 
 
-def doubts_before(body: Body) -> list[str]:
+def doubts_before(scene: Scene, body: Body) -> list[str]:
     """Name what is doubtful already before a solve.
 
     Parameters
     ----------
+    scene : Scene
+        Expanded.
     body : Body
 
     Returns
@@ -143,7 +143,7 @@ def doubts_before(body: Body) -> list[str]:
     list of str
     """
     grid = body.grid
-    found = [*unusual(body.scene), *body.loading.warnings]
+    found = [*unusual(scene), *body.loading.warnings]
     if not (body.loading.force.any() or body.loading.displacement.any()):
         found.append(
             "nothing loads the body, so all results are zero: give loads a traction, a force or a "
@@ -276,11 +276,13 @@ def _steps(where: NDArray[np.bool_]) -> str:
     return f"in step {first}" if first == last else f"in steps {first} to {last}"
 
 
-def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
+def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     """Name what makes the numbers of a state of balance doubtful.
 
     Parameters
     ----------
+    scene : Scene
+        Expanded.
     body : Body
     balance : Equilibrium
     scale : float
@@ -291,11 +293,11 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     list of str
     """
     grid = body.grid
-    found = doubts_before(body)
+    found = doubts_before(scene, body)
     largest = np.abs(balance.displacement).max(initial=0.0)
     for name, opening in smallest_openings(grid, balance.displacement, balance.finite).items():
         if opening < -1e-6 * largest:
-            fixed = body.motion is not None and body.scene.updated.grid == "fixed"
+            fixed = body.motion is not None and body.motion.reset.fixed
             why = (
                 "on a fixed grid, which has no contact" if fixed else "where supports prescribe it"
             )
@@ -309,9 +311,10 @@ def doubts(body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
     if balance.finite_effect * abs(scale) > NEGLIGIBLE:
         found.append(
             f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
-            f"itself (finite_effect); {_by_finite(body.scene)} takes it into account"
+            f"itself (finite_effect); {_by_finite(scene)} takes it into account"
         )
-    if balance.finite and not _adds_up(body, balance):
+    one_grid = body.motion is None and scene.growth is None
+    if balance.finite and one_grid and not _adds_up(body, balance):
         found.append(
             "the work of the loads, summed step by step, differs from the energies by more than "
             f"{IMBALANCE:g} of itself (external_work): more load_steps make it better"

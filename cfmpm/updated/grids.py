@@ -15,6 +15,7 @@ from cfmpm.kernels import smoothing, topology
 from cfmpm.kernels.triangles import triangle_quality
 from cfmpm.meshing import mesh_size
 from cfmpm.meshing.margin import surround
+from cfmpm.scene import Scene
 
 # Over the nodes of a grid that is smoothed, at most.
 SWEEPS = 10
@@ -22,9 +23,9 @@ SWEEPS = 10
 MARGIN = 0.05
 
 
-def with_margin(body: Body) -> Grid:
+def with_margin(body: Body, scene: Scene) -> Grid:
     """Put a margin around the grid of a body; tips keep their order."""
-    scene, reference = body.scene, body.grid
+    reference = body.grid
     size = float(np.ptp(reference.nodes, axis=0).max())
     margin = scene.updated.margin
     if margin is None:
@@ -33,14 +34,10 @@ def with_margin(body: Body) -> Grid:
         margin = float(reach) + MARGIN * size
     grid = build_grid(
         surround(body.triangulation, margin, mesh_size(scene) or MARGIN * size),
-        scene.mesh.element,
+        reference.element,
     )
     tips = {(tip.crack, tip.end): tip for tip in grid.tips}
     return replace(grid, tips=tuple(tips[tip.crack, tip.end] for tip in reference.tips))
-
-
-def is_fixed(body: Body) -> bool:
-    return body.scene.updated.grid == "fixed"
 
 
 def a_triangle_of_each(grid: Grid) -> Ints:
@@ -54,7 +51,7 @@ def everywhere(body: Body, displacement: Floats) -> Floats:
     """Let nodes without material go on as the nearest triangle with material does."""
     grid = body.grid
     filled = are_filled(grid, body.integration.element)
-    if filled.all() or is_fixed(body):
+    if filled.all() or (body.motion is not None and body.motion.reset.fixed):
         return displacement
     touched = np.zeros(len(grid.nodes), bool)
     touched[grid.elements[filled]] = True
@@ -82,7 +79,7 @@ def followed(body: Body, traced: Floats, moved: Floats) -> tuple[Grid, NDArray[n
     nodes = np.where(smoothed[:, None], old.nodes + moved, reference.nodes + traced)
     triangles = np.ascontiguousarray(old.triangles)
     stars = topology.node_stars(triangles, len(nodes))
-    free, least = ~bound(motion), body.scene.updated.smooth_below
+    free, least = ~bound(motion), motion.reset.smooth_below
     now = smoothing.smooth(nodes, triangles, stars[0], stars[1], free, least, SWEEPS)
     worst = triangle_quality(nodes, triangles)
     if not worst.min() > 0.0:

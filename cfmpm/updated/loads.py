@@ -17,7 +17,6 @@ from cfmpm.errors import SolveError
 from cfmpm.kernels import assembly
 from cfmpm.updated.grids import (
     are_filled,
-    is_fixed,
 )
 from cfmpm.updated.integration import volume_ratio
 
@@ -43,7 +42,7 @@ def load_grid(body: Body, motion: Motion) -> Body:
     loading = motion.loading
     force = loading.force - loading.own_weight
     place = motion.triangle.copy()
-    astray = np.flatnonzero(motion.smoothed) if not is_fixed(body) else np.arange(len(place))
+    astray = np.flatnonzero(motion.smoothed) if not motion.reset.fixed else np.arange(len(place))
     if motion.resets and astray.size:
         place[astray] = locate(grid, motion.tracers[astray], place[astray])
         if (place < 0).any():
@@ -53,7 +52,7 @@ def load_grid(body: Body, motion: Motion) -> Body:
             )
     # Beyond the last triangle with material the field of that goes on.
     motion = replace(motion, triangle=place, carrier=nearest_filled(grid, filled)[place])
-    if is_fixed(body):
+    if motion.reset.fixed:
         force = _spread(grid, motion, force)
         nothing = np.zeros_like(grid.nodes)
         loading = replace(
@@ -114,7 +113,7 @@ def _springs(body: Body, motion: Motion, fill: Floats) -> Iterator[Springs]:
     """Hold the tracers in a fixed grid, and stabilise what holds little material."""
     grid, loading = body.grid, motion.loading
     modulus = largest_modulus(body)
-    if is_fixed(body):
+    if motion.reset.fixed:
         tracer, axis = np.nonzero(loading.prescribed)
         yield supports(
             grid,
@@ -125,7 +124,7 @@ def _springs(body: Body, motion: Motion, fill: Floats) -> Iterator[Springs]:
             motion.displacement[tracer, axis],
             loading.per_factor.displacement[tracer, axis],
         )
-    weight = body.scene.updated.ghost * modulus
+    weight = motion.reset.ghost * modulus
     stabilisation = ghost(grid, fill, LITTLE, weight) if weight else None
     if stabilisation is not None:
         yield stabilisation

@@ -16,7 +16,6 @@ from cfmpm.fracture import cf
 from cfmpm.kernels import finite
 from cfmpm.updated.grids import (
     everywhere,
-    is_fixed,
 )
 from cfmpm.updated.loads import (
     STIFFNESS,
@@ -48,7 +47,7 @@ def closed_faces(body: Body, motion: Motion) -> CrackFaces:
     The nodes of a following grid are those of the reference. In a fixed grid the two faces of the
     material are not where the doubled nodes are, and contact is left out.
     """
-    if is_fixed(body):
+    if motion.reset.fixed:
         return CrackFaces(replace(body.grid, crack_faces={}))
     return CrackFaces(motion.reference, motion.displacement)
 
@@ -80,7 +79,7 @@ def in_reference(
     )
     displacement = motion.traced(body.grid, everywhere(body, balance.displacement))
     force = balance.internal_force
-    if is_fixed(body):
+    if motion.reset.fixed:
         # What moves past the grid is held by springs.
         loads = motion.loading.at(balance.load_factor)
         slip = loads.displacement - displacement
@@ -95,7 +94,7 @@ def in_reference(
             points=particle_domains.means(points, body.quadrature, balance.points),
             displacement=displacement,
             internal_force=force,
-            contact_force=np.zeros_like(force) if is_fixed(body) else balance.contact_force,
+            contact_force=np.zeros_like(force) if motion.reset.fixed else balance.contact_force,
         ),
     )
 
@@ -163,7 +162,7 @@ def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Fl
         on_grid = cf.domain_force(body.grid, nodal, tip, max(domain.radii))
         norm.append(np.hypot(*on_grid))
         place = body.grid.nodes[tip.node]
-        if not is_fixed(body):
+        if not motion.reset.fixed:
             place = place + balance.displacement[tip.node]
         drift.append(np.hypot(*(traced[own.node] - place)))
     return {"cf_norm_grid": np.array(norm), "tip_drift": np.array(drift)}

@@ -16,15 +16,15 @@ import numpy as np
 from cfmpm.body import particle_domains
 from cfmpm.body.body import Body, locate
 from cfmpm.body.grid import Floats
-from cfmpm.body.motion import Motion
+from cfmpm.body.motion import Motion, Reset
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.volume_patches import build_patches
 from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.scene import Scene
 from cfmpm.updated.grids import (
     a_triangle_of_each,
     everywhere,
     followed,
-    is_fixed,
     with_margin,
 )
 from cfmpm.updated.integration import clipped, moved_points, with_state
@@ -35,13 +35,15 @@ from cfmpm.updated.loads import (
 LEFT = "make updated.margin larger, unless points have been torn off (empty_elements)"
 
 
-def begin(body: Body) -> Body:
+def begin(body: Body, scene: Scene) -> Body:
     """Let the grid of a body just built be reset from now on.
 
     Parameters
     ----------
     body : Body
         With the points at rest where they were seeded.
+    scene : Scene
+        Expanded.
 
     Returns
     -------
@@ -54,7 +56,15 @@ def begin(body: Body) -> Body:
         Where no margin can be made.
     """
     grid, points = body.grid, body.points
+    settings = scene.updated
+    how = Reset(
+        fixed=settings.grid == "fixed",
+        by_domains=settings.integration == "domains",
+        smooth_below=settings.smooth_below,
+        ghost=settings.ghost,
+    )
     motion = Motion(
+        reset=how,
         reference=grid,
         loading=body.loading,
         position=points.position,
@@ -69,8 +79,8 @@ def begin(body: Body) -> Body:
         resets=0,
         fill=1.0,
     )
-    if body.scene.updated.grid == "fixed":
-        patches, grid = body.patches, with_margin(body)
+    if how.fixed:
+        patches, grid = body.patches, with_margin(body, scene)
         if patches is not None:
             # None across the border of the body, which has those of the reference.
             margin = np.full(len(grid.elements), len(grid.region_names))
@@ -105,19 +115,19 @@ def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
     moved = everywhere(body, balance.displacement)
     traced = motion.traced(old, moved)
     grid, smoothed, changed = old, motion.smoothed, True
-    if not is_fixed(body):
+    if not motion.reset.fixed:
         grid, smoothed, changed = followed(body, traced, moved)
     motion = replace(motion, displacement=traced, smoothed=smoothed, resets=motion.resets + changed)
     points, quadrature = body.points, body.quadrature
     rows = moved_points(balance.points, old, moved)
-    if body.scene.updated.integration == "points":
+    if not motion.reset.by_domains:
         points = replace(points, position=rows.position)
     else:
         corners = motion.tracers[motion.reference.triangles]
         points = replace(points, position=corners.mean(axis=1))
         if changed:
             carried = particle_domains.means(points, quadrature, balance.points)
-            quadrature = clipped(motion, points, grid, fixed=is_fixed(body))
+            quadrature = clipped(motion, points, grid, fixed=motion.reset.fixed)
             rows = with_state(quadrature, carried)
         elif quadrature is None:
             points = replace(points, position=rows.position)

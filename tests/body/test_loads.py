@@ -7,20 +7,16 @@ from structured import rectangle
 from cfmpm.body.grid import build_grid
 from cfmpm.body.loads import apply_loads
 from cfmpm.body.points import seed
+from cfmpm.build import true_sides
 from cfmpm.errors import SceneError
 from cfmpm.meshing import triangulate
 from cfmpm.scene import expand
-from cfmpm.scene.model import Scene
 from cfmpm.scene.reading import scene_from_dict
 
 
 def load(loads, grid=None, element="T3"):
     grid = grid or build_grid(rectangle(4, 2, 4.0, 2.0, crack=(1, 0, 2)), element)
-    scene = Scene.model_construct(
-        name="x",
-        loads=_loads(loads),
-    )
-    return grid, apply_loads(scene, grid, seed(grid))
+    return grid, apply_loads(_loads(loads), {}, grid, seed(grid))
 
 
 def _loads(loads):
@@ -118,7 +114,8 @@ def meshed(size, element, loads):
         }
     )
     grid = build_grid(triangulate(scene), element)
-    return grid, apply_loads(expand(scene), grid, seed(grid))
+    full = expand(scene)
+    return grid, apply_loads(full.loads, true_sides(full), grid, seed(grid))
 
 
 BOXED = [

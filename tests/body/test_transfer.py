@@ -6,6 +6,7 @@ import pytest
 from cfmpm import build
 from cfmpm.body.transfer import interpolate_displacement
 from cfmpm.fracture import growing
+from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
 
 
@@ -24,7 +25,7 @@ def test_fields_of_the_basis_are_carried_over_exactly(element):
     )
     start = build.build(scene)
     (tip,) = start.grid.tips
-    grown = growing.release(start, {tip.name: np.array([0.9, 0.3])})
+    grown = growing.release(expand(scene), start, {tip.name: np.array([0.9, 0.3])})
 
     def field(grid):
         x, y = grid.nodes.T

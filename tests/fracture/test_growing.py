@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,15 +16,16 @@ import cfmpm
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats
 from cfmpm.body.points import seed
-from cfmpm.build import build
 from cfmpm.ending import RunEnded
 from cfmpm.fracture.growing import release
 from cfmpm.scene import scene_from_dict
+from cfmpm.state import Stage
+from cfmpm.steps import begin
 
 AHEAD = np.array([1.0, 0.0])
 
 
-def two_layers(below: float, above: float, crack: list[list[float]], **changes: Any) -> Body:
+def two_layers(below: float, above: float, crack: list[list[float]], **changes: Any) -> Stage:
     """A plate of 12 mm x 8 mm, of two materials of one stiffness above and below y = 4 mm."""
     scene = {
         "name": "layers",
@@ -45,13 +48,17 @@ def two_layers(below: float, above: float, crack: list[list[float]], **changes: 
         "mesh": {"element": "T3", "size": 1.0, "grading": "uniform"},
         "growth": {},
     }
-    return build(scene_from_dict(scene | changes))
+    return begin(scene_from_dict(scene | changes))
 
 
-def grow(body: Body, *directions: Floats) -> Body:
+def longer(at: Stage, running: Mapping[str, Floats]) -> Stage:
+    return replace(at, body=release(at.scene, at.body, running))
+
+
+def grow(at: Stage, *directions: Floats) -> Body:
     for direction in directions:
-        body = release(body, {"crack": direction})
-    return body
+        at = longer(at, {"crack": direction})
+    return at.body
 
 
 @pytest.mark.parametrize(("below", "above"), [(1.0, 3.0), (3.0, 1.0)])
@@ -87,15 +94,14 @@ def test_leaving_a_border_spends_the_energy_of_the_side_that_it_runs_into() -> N
 def test_the_worst_of_all_segments_is_kept() -> None:
     """Of two tips of which one is asked to turn back, and of the segments before."""
     inner = [[4.0, 2.0], [7.0, 2.1]]
-    body = two_layers(1.0, 3.0, inner)
-    back = release(body, {"crack_start": AHEAD, "crack_end": AHEAD})
-    assert back.grown.deviation == pytest.approx(180.0 - 100.0, abs=3.0)
-    assert 0.0 < back.grown.quality < 1.0
-    worst, after = back.grown.quality, back
+    at = longer(two_layers(1.0, 3.0, inner), {"crack_start": AHEAD, "crack_end": AHEAD})
+    assert at.body.grown.deviation == pytest.approx(180.0 - 100.0, abs=3.0)
+    worst = at.body.grown.quality
+    assert 0.0 < worst < 1.0
     for _ in range(2):
-        after = release(after, {"crack_end": AHEAD})
-        assert after.grown.deviation < 1e-9
-        assert after.grown.quality <= worst
+        at = longer(at, {"crack_end": AHEAD})
+        assert at.body.grown.deviation < 1e-9
+        assert at.body.grown.quality <= worst
 
 
 def test_a_tip_that_another_has_run_into_runs_no_more() -> None:
@@ -107,13 +113,13 @@ def test_a_tip_that_another_has_run_into_runs_no_more() -> None:
             {"name": "two", "points": [[12, 4], [6.5, 4]]},
         ],
     }
-    body = two_layers(1.0, 1.0, [], geometry=geometry)
+    at = two_layers(1.0, 1.0, [], geometry=geometry)
     for _ in range(4):
-        body = release(body, {tip.name: tip.tangent for tip in body.grid.tips})
-        if not body.grid.tips:
+        at = longer(at, {tip.name: tip.tangent for tip in at.body.grid.tips})
+        if not at.body.grid.tips:
             break
-    assert not body.grid.tips
-    assert len(body.grown.segments) == 1
+    assert not at.body.grid.tips
+    assert len(at.body.grown.segments) == 1
 
 
 def test_a_crack_that_meets_the_point_of_a_load_ends() -> None:
@@ -121,9 +127,9 @@ def test_a_crack_that_meets_the_point_of_a_load_ends() -> None:
         {"edge": "edge_1", "displacement": {"x": 0, "y": 0}},
         {"name": "push", "point": [4, 2], "force": [0, 1]},
     ]
-    body = two_layers(1.0, 3.0, [[0, 2], [3, 2]], loads=loads)
+    at = two_layers(1.0, 3.0, [[0, 2], [3, 2]], loads=loads)
     with pytest.raises(RunEnded, match=r"^met push: "):
-        grow(body, *[AHEAD] * 3)
+        grow(at, *[AHEAD] * 3)
 
 
 elements = pytest.mark.parametrize("element", ["T3", "T6"])
@@ -153,7 +159,7 @@ def strip(element, transfer="domains", **changes):
         "mesh": {"element": element, "size": 0.8, "grading": "uniform"},
         "growth": {"transfer": transfer},
     }
-    return build(scene_from_dict(config | changes))
+    return begin(scene_from_dict(config | changes))
 
 
 def balanced(body, points=None):
@@ -167,12 +173,13 @@ def stress_errors(element, transfer):
 
     With it what round-off explains of it, at most.
     """
-    body = strip(element, transfer)
+    at = strip(element, transfer)
     pull = 1e3 / (1.0 - 0.3**2) * 0.02 / 20.0
-    volume, errors, explained, moved = body.points.volume.sum(), [], [], 0
+    volume, errors, explained, moved = at.body.points.volume.sum(), [], [], 0
     for _ in range(20):
-        before = body.triangulation.nodes
-        body = release(body, {"crack_1": np.array([1.0, 0.0])})
+        before = at.body.triangulation.nodes
+        at = longer(at, {"crack_1": np.array([1.0, 0.0])})
+        body = at.body
         moved += not np.array_equal(before, body.triangulation.nodes[: len(before)])
         found = balanced(body)
         points, u, grid = found.points, found.displacement, body.grid
@@ -205,11 +212,11 @@ def test_a_grown_body_is_solved_as_if_it_were_new(element):
             {"edge": "top", "displacement": {"x": 0.02, "y": 0.03}},
         ]
     }
-    body = strip(element, **config)
+    at = strip(element, **config)
     for angle in (0.0, -30.0, 20.0, 50.0, 10.0, -20.0):
-        body = release(body, {"crack_1": to(angle)})
-        grown = balanced(body).displacement
-        fresh = balanced(body, seed(body.grid)).displacement
+        at = longer(at, {"crack_1": to(angle)})
+        grown = balanced(at.body).displacement
+        fresh = balanced(at.body, seed(at.body.grid)).displacement
         np.testing.assert_allclose(grown, fresh, rtol=0, atol=1e-9 * np.abs(fresh).max())
 
 
@@ -258,15 +265,15 @@ def test_two_cracks_that_meet_head_on_in_one_increment():
 
 def test_two_tips_that_run_into_the_same_triangle():
     """The second release sees what the first has made of the grid."""
-    body = build(plate([{"points": [[0, 5], [4.4, 5]]}, {"points": [[10, 5], [5.6, 5]]}]))
+    at = begin(plate([{"points": [[0, 5], [4.4, 5]]}, {"points": [[10, 5], [5.6, 5]]}]))
     directions = {"crack_1": to(5.0), "crack_2": to(175.0)}
     for _ in range(4):
-        body = release(body, {tip.name: directions[tip.name] for tip in body.grid.tips})
-        balanced(body)
-        assert body.grid.areas.min() > 0.0
-        if not body.grid.tips:
+        at = longer(at, {tip.name: directions[tip.name] for tip in at.body.grid.tips})
+        balanced(at.body)
+        assert at.body.grid.areas.min() > 0.0
+        if not at.body.grid.tips:
             break
-    assert not body.grid.tips
+    assert not at.body.grid.tips
 
 
 def test_a_severed_body_ends_well():

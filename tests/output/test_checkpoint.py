@@ -25,7 +25,7 @@ from cfmpm.state import State
 
 def beginning(scene: Scene) -> Start:
     stage = steps.begin(scene)
-    return Start(stage, Record.of(scene, stage.body))
+    return Start(stage, Record.of(scene, stage))
 
 
 # Two cracks, of which the ends of one are both tips; a support that is a point; a region.
