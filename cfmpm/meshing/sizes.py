@@ -16,11 +16,11 @@ from cfmpm.scene.rules import estimated_triangles
 # Parts of the size elsewhere, and of the crack, that the elements at a running tip have: K is then
 # within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
 RUNNING, OF_CRACK = 10.0, 20.0
-# The same at a tip at rest: of all gradings none makes half the error for the same time, at small
+# The same at a stationary tip: of all gradings none makes half the error for the same time, at small
 # strain and at finite (`snakemake work-precision`).
 AT_REST, OF_ROOM = 300.0, 150.0
-# Element size per distance from a tip that runs and from whatever else needs small elements, and
-# from a tip at rest.
+# Element size per distance from a growing tip and from whatever else needs small elements, and
+# from a stationary tip.
 GROWTH, GROWTH_AT_REST = 0.3, 0.4
 
 

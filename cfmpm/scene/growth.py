@@ -33,7 +33,7 @@ class Fracture(Model):
     )
     refine: Length | None = Field(
         None,
-        description="largest element at a tip that runs [mm]: before each release larger ones "
+        description="largest element at a growing tip [mm]: before each release larger ones "
         "around it are halved, up to 0.3 of the distance further away; left out: a tenth of "
         "mesh.size or a twentieth of the crack with mesh.grading: auto, else none are",
     )

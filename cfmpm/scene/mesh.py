@@ -56,8 +56,9 @@ class Mesh(Model):
         Discriminator(_numbers_or_word),
     ] = Field(
         "auto",
-        description="towards crack tips: uniform, two numbers, or auto: size / 300 at a tip at "
-        "rest, with growth 0.4, size / 10 at one that runs, with 0.3; less where there is no room",
+        description="towards crack tips: uniform, two numbers, or auto: size / 300 at a "
+        "stationary tip, with growth 0.4, size / 10 at a growing one, with 0.3; less where there is "
+        "no room",
     )
     hole_size: Length | None = Field(
         None,
