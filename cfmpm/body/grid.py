@@ -243,27 +243,29 @@ def _with_further_nodes(
     element: Element, corners: Floats, triangles: Ints, twins: Ints
 ) -> tuple[Floats, Ints]:
     """Add the nodes on sides and inside triangles; the two faces of a crack get their own."""
-    between = element.order - 1
-    inside = len(element.nodes) - 3 - 3 * between
+    p = element.order
+    if p == 1:
+        return corners, triangles
     own = np.arange(twins.size)
     twin = twins.reshape(-1)
     first = np.where(twin >= 0, np.minimum(own, twin), own)
     is_first = first == own
     number = np.cumsum(is_first) - 1
-    on_sides = len(corners) + number[first][:, None] * between + np.arange(between)
-    # The triangle across a side has its nodes the other way round.
-    on_sides[~is_first] = on_sides[~is_first, ::-1]
-    begin = len(corners) + np.count_nonzero(is_first) * between
-    within = begin + np.arange(len(triangles) * inside).reshape(len(triangles), inside)
-    elements = np.hstack([triangles, on_sides.reshape(len(triangles), 3 * between), within])
-    nodes = np.empty((begin + within.size, 2))
-    nodes[: len(corners)] = corners
-    # Both triangles at a side would put its nodes to the same place but for round-off.
-    puts = np.ones((len(triangles), len(element.nodes) - 3), bool)
-    puts[:, : 3 * between] = np.repeat(is_first.reshape(twins.shape), between, axis=1)
-    places = np.einsum("kc,ecd->ekd", element.nodes[3:], corners[triangles]) / element.order
-    nodes[elements[:, 3:][puts]] = places[puts]
-    return nodes, elements
+    on_sides = len(corners) + (p - 1) * number[first][:, None] + np.arange(p - 1)
+    if p > 2:
+        # The triangle across a side has its nodes the other way round.
+        on_sides[~is_first] = on_sides[~is_first, ::-1]
+    start = corners[triangles].reshape(-1, 2)[is_first]
+    end = corners[np.roll(triangles, -1, axis=1)].reshape(-1, 2)[is_first]
+    along = [((p - j) * start + j * end) / p for j in range(1, p)]
+    within = element.nodes[3 * p :]
+    places = np.einsum("kc,ecd->ekd", within, corners[triangles]) / p
+    inside = np.arange(len(triangles) * len(within)).reshape(len(triangles), -1)
+    inside += len(corners) + len(start) * (p - 1)
+    nodes = [corners, np.stack(along, axis=1).reshape(-1, 2), places.reshape(-1, 2)]
+    return np.concatenate(nodes), np.hstack(
+        [triangles, on_sides.reshape(len(triangles), -1), inside]
+    )
 
 
 def _tips(

@@ -113,8 +113,11 @@ def ring_weight(grid: Grid, tip: CrackTip, radius: float) -> Floats:
         integrate the energy-momentum exactly.
     """
     q = np.clip(2.0 - 2.0 * _distance(grid, tip) / radius, 0.0, 1.0)
-    places = grid.element.nodes[3:] / grid.element.order
-    q[grid.elements[:, 3:]] = np.einsum("kc,ec->ek", places, q[grid.triangles])
+    element = grid.element
+    for node in range(3, len(element.nodes)):
+        corners = np.flatnonzero(element.nodes[node])
+        parts = element.nodes[node] / element.order
+        q[grid.elements[:, node]] = sum(parts[k] * q[grid.elements[:, k]] for k in corners)
     return q
 
 
