@@ -204,7 +204,7 @@ def test_sigma_zz_of_finite_deformation(law: str, nu: float) -> None:
 @pytest.mark.parametrize("transfer", ["domains", "paper"])
 def test_a_grown_grid_carries_what_its_own_triangles_feel(transfer: str) -> None:
     """Not what its points do, which growth leaves where they were."""
-    result = run(scene_from_dict(growing(transfer=transfer)))
+    result = run(scene_from_dict(growing(transfer=transfer, increments=8)))
     grid, fields = result.grid, build_fields(result)
     assert fields.sizes["face"] == len(grid.elements)
     a, b, c = (grid.nodes[grid.elements[:, k]] for k in range(3))
@@ -220,6 +220,19 @@ def test_a_grown_grid_carries_what_its_own_triangles_feel(transfer: str) -> None
     np.testing.assert_allclose(
         fields["sigma_yy"].values[0], factor * expected, rtol=0, atol=1e-9 * np.abs(expected).max()
     )
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.49])
+def test_faces_and_points_of_linear_triangles_feel_the_same(nu: float) -> None:
+    """Also the mean change of volume that triangles share where they would lock."""
+    scene = plate(material={"E": 210e3, "nu": nu}, mesh={"element": "T3", "size": 2})
+    scene["geometry"] = scene["geometry"] | {"regions": []}
+    result = run(scene_from_dict(scene))
+    assert (result.body.patches is not None) == (nu > 0.45)
+    fields = build_fields(result)
+    for name in ("sigma_xx", "sigma_yy", "sigma_xy", "sigma_zz", "energy_density"):
+        on_faces, of_points = fields[name].values[0], fields[f"point_{name}"].values[0]
+        np.testing.assert_allclose(on_faces, of_points, rtol=0, atol=1e-12 * on_faces.max())
 
 
 def test_fields_of_a_severed_body_are_those_of_its_last_balance() -> None:

@@ -156,6 +156,31 @@ def test_forces_on_grips_leave_out_what_crack_faces_exert_on_each_other() -> Non
     np.testing.assert_allclose(force[0].sum(axis=0), 0.0, atol=1e-9 * np.abs(force).max())
 
 
+def test_each_tip_has_the_clearance_and_the_element_size_of_its_own(grown: xr.Dataset) -> None:
+    """From the left tip to the hole 3 mm; the right one is 4 mm away from the other end of its
+    crack.
+    """
+    np.testing.assert_allclose(grown.clearance[0], [3.0, 4.0], rtol=1e-12)
+    (jump,) = np.flatnonzero(grown.jump.values)
+    for name in ("clearance", "tip_size"):
+        assert np.isnan(grown[name].values[jump:, 0]).all()
+        assert np.isfinite(grown[name].values[:jump]).all()
+    reach = np.minimum(5.0 * grown.tip_size.values, 0.9 * grown.clearance.values)
+    np.testing.assert_allclose(grown.domain_radius.values[:, :, 0], reach, rtol=1e-12)
+
+
+def test_radii_are_named_by_the_tip_with_the_most_room() -> None:
+    geometry = plate([])["geometry"] | {"holes": []}
+    mesh = {"element": "T3", "size": 3, "grading": {"tip_size": 0.5, "growth": 0.4}}
+    scene = plate(LOADS["traction"], geometry=geometry, mesh=mesh, growth=None)
+    history = cfmpm.run(scene_from_dict(scene | {"fracture": {"radii": 3}})).history
+    used = history.domain_radius.values[0]
+    # The cracks are 6 and 4 mm long.
+    assert used[0, -1] == pytest.approx(0.9 * 6.0, rel=1e-9)
+    assert used[1, -1] == pytest.approx(0.9 * 4.0, rel=1e-9)
+    np.testing.assert_array_equal(history.radius, used[0])
+
+
 def statuses(history: xr.Dataset) -> list[list[str]]:
     """Words of each tip by step."""
     return [[TIP_STATUS[flag] for flag in flags] for flags in history.tip_status.values]
@@ -164,7 +189,9 @@ def statuses(history: xr.Dataset) -> list[list[str]]:
 def test_only_what_arrives_in_the_last_step_has_cut_the_body(grown: xr.Dataset) -> None:
     """A tip that has arrived before keeps its word; one that runs, or rests, has one of its own."""
     words = statuses(grown)
-    jump = int(np.flatnonzero(grown.jump.values)[0])
+    (jump,) = np.flatnonzero(grown.jump.values)
+    arrived = [words[step][0] == "arrived_hole" for step in range(len(words))]
+    assert arrived == [step >= jump for step in range(len(words))]
     assert words[0] == ["growing", "stopped"]
     assert words[jump] == ["arrived_hole", "growing"]
     assert words[-1] == ["arrived_hole", "growing"]
