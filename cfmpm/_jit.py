@@ -16,7 +16,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
 import numba
 from numba.core import config as _config
@@ -91,9 +91,18 @@ def _sources_of(file: str) -> tuple[str, ...]:
 config: Any = _config
 
 
-def kernel(function: Function) -> Function:
+def kernel(function: Function, inline: Literal["never", "always"] = "never") -> Function:
     """Compile `function` to serial machine code, cached on disk.
 
+    Parameters
+    ----------
+    function : callable
+    inline : {"never", "always"}
+        "always" puts its text in place of each call: to hand arrays on, level by level, can cost as
+        much as what is done with them.
+
+    Notes
+    -----
     Division by zero gives inf or nan as in numpy, and no fast-math: results are the same bits on
     every run, whatever the number of threads.
     """
@@ -104,10 +113,10 @@ def kernel(function: Function) -> Function:
         if not folder.is_dir():
             folder.mkdir(parents=True, exist_ok=True)
             _remove_old(folder.parent)
-        compiled = numba.njit(cache=True, error_model="numpy")(function)
+        compiled = numba.njit(cache=True, error_model="numpy", inline=inline)(function)
     except (OSError, RuntimeError):
         # An unwritable cache costs compile time, not the run.
-        compiled = numba.njit(error_model="numpy")(function)
+        compiled = numba.njit(error_model="numpy", inline=inline)(function)
     finally:
         config.CACHE_DIR = before
     return cast(Function, compiled)

@@ -31,11 +31,15 @@ class Materials:
     ----------
     elastic : (q, 3, 3) float
         Elastic matrix of the plane problem [MPa]: sigma xx, yy, xy from strain xx, yy, 2 xy.
+    volumetric : (q,) float
+        What of it patches may share: lambda, the normal stress of a change of volume [MPa].
+    unshared : (q, 3, 3) float
+        The elastic matrix without that.
     across : (q, 3) float
         What sigma_zz of small strain is of sigma xx, yy, xy.
     lame : (q, 2) float
-        Lame's constants lambda and mu of the plane problem [MPa], where isotropy is needed: the
-        auxiliary fields at crack tips, the shared change of volume, the laws of finite deformation.
+        Lame's constants lambda and mu of the plane problem [MPa], where isotropy is needed: in the
+        auxiliary fields at crack tips.
     E : (q,) float
         Young's modulus [MPa].
     g_c : (q,) float
@@ -56,6 +60,8 @@ class Materials:
     """
 
     elastic: Floats
+    volumetric: Floats
+    unshared: Floats
     across: Floats
     lame: Floats
     E: Floats
@@ -111,10 +117,9 @@ def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
     lam = E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     if plane == "stress":
         lam = 2.0 * lam * mu / (lam + 2.0 * mu)
-    elastic = np.zeros((len(rows), 3, 3))
-    elastic[:, [0, 1], [0, 1]] = (lam + 2.0 * mu)[:, None]
-    elastic[:, [0, 1], [1, 0]] = lam[:, None]
-    elastic[:, 2, 2] = mu
+    unshared = mu[:, None, None] * np.diag([2.0, 2.0, 1.0])
+    elastic = unshared.copy()
+    elastic[:, :2, :2] += lam[:, None, None]
     across = np.zeros((len(rows), 3))
     if plane == "strain":
         across[:, :2] = nu[:, None]
@@ -124,6 +129,8 @@ def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
     own = [_own_constants(law, row) for law, row in zip(laws, rows, strict=True)]
     return Materials(
         elastic=elastic,
+        volumetric=lam,
+        unshared=unshared,
         across=across,
         lame=np.column_stack([lam, mu]),
         E=E,

@@ -130,11 +130,11 @@ class March:
     def first_step(self, rate: Floats, total: float) -> float:
         """Return the change of load factor that strains the body by `FIRST_STRAIN`."""
         grid, points = self._problem.grid, self._problem.points
-        lame = self._problem.materials.lame
+        elastic = self._problem.materials.elastic
         energy = constitutive.linear_elastic(
-            grid.elements, points.element, self._problem.gradients, points.material, lame, rate
+            grid.elements, points.element, self._problem.gradients, points.material, elastic, rate
         )[2]
-        modulus = (lame[:, 0] + 2.0 * lame[:, 1])[points.material]
+        modulus = elastic[:, 0, 0][points.material]
         strain = math.sqrt(2.0 * np.sum(energy * points.volume) / np.sum(modulus * points.volume))
         if strain * abs(total) <= FIRST_STRAIN:
             return total

@@ -41,7 +41,7 @@ def assemble_stiffness(problem: BoundaryValueProblem) -> csr_array:
     data = assembly.stiffness(grid.elements, free, indptr, indices, *shared, _own(problem))
     if patches is not None:
         bulk = np.zeros(len(patches.nodes))
-        bulk[problem.patch] = problem.materials.lame[points.material, 0]
+        bulk[problem.patch] = problem.materials.volumetric[points.material]
         data += patch_kernels.coupling(
             problem.patch_slots,
             len(indices),
@@ -70,7 +70,7 @@ def deform(problem: BoundaryValueProblem, displacement: Floats) -> DeformedPoint
     )
     if problem.patches is not None:
         pressure, shared = patch_kernels.mean_pressure(
-            points.volume, points.material, problem.materials.lame, gradient, problem.patch
+            points.volume, points.material, problem.materials.volumetric, gradient, problem.patch
         )
         stress[:, :2] += pressure[:, None]
         energy += shared
@@ -156,9 +156,9 @@ def solve_linear(problem: BoundaryValueProblem, stiffness: csr_array) -> Equilib
 
 
 def _own(problem: BoundaryValueProblem) -> Floats:
-    """Lame's constants of what a point resists by itself: patches share the pressure."""
-    lame = problem.materials.lame
-    return lame if problem.patches is None else lame * [[0.0, 1.0]]
+    """Elastic matrices of what a point resists by itself: patches share the pressure."""
+    materials = problem.materials
+    return materials.elastic if problem.patches is None else materials.unshared
 
 
 def _closed(problem: BoundaryValueProblem, displacement: Floats, factor: Factor) -> Contact:

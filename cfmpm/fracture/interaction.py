@@ -217,7 +217,7 @@ def bent_faces(
         element,
         gradients,
         np.zeros(len(element), np.int64),
-        material.lame,
+        material.elastic,
         displacement,
     )
     tensor = stress[:, [[0, 2], [2, 1]]]

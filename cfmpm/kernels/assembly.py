@@ -112,11 +112,41 @@ def sparsity(elements, free):
 
 
 @kernel
-def stiffness(elements, free, indptr, indices, point_element, gradients, volume, material, lame):
+def add_stiffness(block, gradients, p, elastic, m, volume):
+    """Add one point to the upper triangle of the stiffness of its element.
+
+    Parameters
+    ----------
+    block : (2k, 2k) float
+    gradients : (p, k, 2) float
+    p : int
+        The point.
+    elastic : (q, 3, 3) float
+    m : int
+        Its row.
+    volume : float
+    """
+    c11, c22, c12 = volume * elastic[m, 0, 0], volume * elastic[m, 1, 1], volume * elastic[m, 0, 1]
+    c13, c23, c33 = volume * elastic[m, 0, 2], volume * elastic[m, 1, 2], volume * elastic[m, 2, 2]
+    k = gradients.shape[1]
+    for a in range(k):
+        ax, ay = gradients[p, a, 0], gradients[p, a, 1]
+        # Rows of node a: c : sym(e_i (x) g_a).
+        xxx, xyy, xxy = c11 * ax + c13 * ay, c12 * ax + c23 * ay, c13 * ax + c33 * ay
+        yxx, yyy, yxy = c12 * ay + c13 * ax, c22 * ay + c23 * ax, c23 * ay + c33 * ax
+        for b in range(a, k):
+            bx, by = gradients[p, b, 0], gradients[p, b, 1]
+            block[2 * a, 2 * b] += xxx * bx + xxy * by
+            block[2 * a, 2 * b + 1] += xxy * bx + xyy * by
+            block[2 * a + 1, 2 * b] += yxx * bx + yxy * by
+            block[2 * a + 1, 2 * b + 1] += yxy * bx + yyy * by
+
+
+@kernel
+def stiffness(elements, free, indptr, indices, point_element, gradients, volume, material, elastic):
     """Assemble the stiffness of linear elastic points for the free degrees of freedom.
 
-    K_aibk = sum_p V_p (lambda g_ai g_bk + mu g_ak g_bi + mu delta_ik g_a.g_b), the sum of paper
-    eq 10 at F = 1, with g = dS/dX.
+    K_aibk = sum_p V_p g_a,j D_ijkl g_b,l, the sum of paper eq 10 at F = 1, with g = dS/dX.
 
     Parameters
     ----------
@@ -127,52 +157,43 @@ def stiffness(elements, free, indptr, indices, point_element, gradients, volume,
     gradients : (p, k, 2) float
     volume : (p,) float
         [mm^3 per mm of thickness].
-    lame : (q, 2) float
-        Lame's constants [MPa].
+    elastic : (q, 3, 3) float
+        Elastic matrix D of the plane problem, xx, yy, xy [MPa].
 
     Returns
     -------
     (entries,) float
-        Values of the CSR matrix [N/mm^2: N/mm per mm of thickness].
+        Values of the CSR matrix [N/mm^2: N/mm per mm of thickness], symmetric to the bit.
     """
     data = np.zeros(len(indices))
     k = elements.shape[1]
     n_points = len(point_element)
-    block = np.zeros((k, 2, k, 2))
+    block = np.zeros((2 * k, 2 * k))
+    number = np.empty(2 * k, np.int64)
     for p in range(n_points):
         e = point_element[p]
-        lam = lame[material[p], 0] * volume[p]
-        mu = lame[material[p], 1] * volume[p]
-        for a in range(k):
-            ax, ay = gradients[p, a, 0], gradients[p, a, 1]
-            for b in range(k):
-                bx, by = gradients[p, b, 0], gradients[p, b, 1]
-                dot = mu * (ax * bx + ay * by)
-                block[a, 0, b, 0] += (lam + mu) * ax * bx + dot
-                block[a, 0, b, 1] += lam * ax * by + mu * ay * bx
-                block[a, 1, b, 0] += lam * ay * bx + mu * ax * by
-                block[a, 1, b, 1] += (lam + mu) * ay * by + dot
+        add_stiffness(block, gradients, p, elastic, material[p], volume[p])
         if p + 1 < n_points and point_element[p + 1] == e:
             continue
         # Points of one element follow each other: their sum is scattered once.
         for a in range(k):
-            for i in range(2):
-                row = free[elements[e, a], i]
-                if row < 0:
+            number[2 * a], number[2 * a + 1] = free[elements[e, a], 0], free[elements[e, a], 1]
+        for i in range(2 * k):
+            row = number[i]
+            if row < 0:
+                continue
+            for j in range(2 * k):
+                column = number[j]
+                if column < 0:
                     continue
-                for b in range(k):
-                    for j in range(2):
-                        column = free[elements[e, b], j]
-                        if column < 0:
-                            continue
-                        low, high = indptr[row], indptr[row + 1]
-                        while high - low > 1:
-                            middle = (low + high) // 2
-                            if indices[middle] <= column:
-                                low = middle
-                            else:
-                                high = middle
-                        data[low] += block[a, i, b, j]
+                low, high = indptr[row], indptr[row + 1]
+                while high - low > 1:
+                    middle = (low + high) // 2
+                    if indices[middle] <= column:
+                        low = middle
+                    else:
+                        high = middle
+                data[low] += block[min(i, j), max(i, j)]
         block[:] = 0.0
     return data
 

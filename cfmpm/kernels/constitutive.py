@@ -8,8 +8,8 @@ from cfmpm._jit import kernel
 
 
 @kernel
-def linear_elastic(elements, point_element, gradients, material, lame, displacement):
-    """Update points of linear elastic, isotropic materials.
+def linear_elastic(elements, point_element, gradients, material, elastic, displacement):
+    """Update points of linear elastic materials.
 
     Parameters
     ----------
@@ -18,9 +18,9 @@ def linear_elastic(elements, point_element, gradients, material, lame, displacem
     gradients : (p, k, 2) float
         dS_I/dX_j [1/mm].
     material : (p,) int
-        Row of `lame`.
-    lame : (q, 2) float
-        Lame's constants lambda and mu of the plane problem [MPa].
+        Row of `elastic`.
+    elastic : (q, 3, 3) float
+        Elastic matrix of the plane problem [MPa]: stress xx, yy, xy from strain xx, yy, 2 xy.
     displacement : (n, 2) float
         Of the nodes [mm].
 
@@ -48,11 +48,10 @@ def linear_elastic(elements, point_element, gradients, material, lame, displacem
             hxy += ux * gy
             hyx += uy * gx
             hyy += uy * gy
-        lam, mu = lame[material[p], 0], lame[material[p], 1]
-        trace = lam * (hxx + hyy)
-        sxx = trace + 2.0 * mu * hxx
-        syy = trace + 2.0 * mu * hyy
-        sxy = mu * (hxy + hyx)
+        m, shear = material[p], hxy + hyx
+        sxx = elastic[m, 0, 0] * hxx + elastic[m, 0, 1] * hyy + elastic[m, 0, 2] * shear
+        syy = elastic[m, 0, 1] * hxx + elastic[m, 1, 1] * hyy + elastic[m, 1, 2] * shear
+        sxy = elastic[m, 0, 2] * hxx + elastic[m, 1, 2] * hyy + elastic[m, 2, 2] * shear
         displacement_gradient[p, 0, 0] = hxx
         displacement_gradient[p, 0, 1] = hxy
         displacement_gradient[p, 1, 0] = hyx
@@ -60,5 +59,5 @@ def linear_elastic(elements, point_element, gradients, material, lame, displacem
         stress[p, 0] = sxx
         stress[p, 1] = syy
         stress[p, 2] = sxy
-        energy[p] = 0.5 * (sxx * hxx + syy * hyy + sxy * (hxy + hyx))
+        energy[p] = 0.5 * (sxx * hxx + syy * hyy + sxy * shear)
     return displacement_gradient, stress, energy

@@ -8,7 +8,7 @@ import numpy as np
 
 from cfmpm._jit import kernel
 from cfmpm.kernels.finite import patch_means
-from cfmpm.kernels.laws.dispatch import volumetric
+from cfmpm.kernels.laws import dispatch
 
 
 @kernel
@@ -170,7 +170,7 @@ def bulk_moduli(n_patches, volume, material, law, constants, displacement_gradie
     bulk = np.zeros(n_patches)
     for p in range(len(patch)):
         m, at = material[p], patch[p]
-        bulk[at] = volumetric(law[m], constants, m, means[at])[2]
+        bulk[at] = dispatch.volumetric(law[m], constants, m, means[at])[2]
     return bulk
 
 
@@ -242,25 +242,25 @@ def coupling(
 
 
 @kernel
-def mean_pressure(volume, material, lame, displacement_gradient, patch):
+def mean_pressure(volume, material, volumetric, displacement_gradient, patch):
     """Return what the mean strain of patches adds to points at small strain.
 
     Parameters
     ----------
     volume : (p,) float
     material : (p,) int
-    lame : (q, 2) float
-        [MPa].
+    volumetric : (q,) float
+        Stress of a change of volume that is shared: lambda [MPa].
     displacement_gradient : (p, 2, 2) float
     patch : (p,) int
 
     Returns
     -------
     stress : (p,) float
-        lambda times the mean of u_k,k, to be added to sigma_xx and sigma_yy of
-        `constitutive.linear_elastic` with lambda = 0 [MPa].
+        `volumetric` times the mean of u_k,k, to be added to sigma_xx and sigma_yy of
+        `constitutive.linear_elastic` without it [MPa].
     energy : (p,) float
-        lambda mean (u_k,k - mean / 2), continued linearly from the mean as in
+        `volumetric` mean (u_k,k - mean / 2), continued linearly from the mean as in
         `laws.dispatch.respond`.
     """
     n_patches = patch.max() + 1 if len(patch) else 0
@@ -276,6 +276,6 @@ def mean_pressure(volume, material, lame, displacement_gradient, patch):
     for p in range(len(patch)):
         trace = displacement_gradient[p, 0, 0] + displacement_gradient[p, 1, 1]
         average = mean[patch[p]] / whole[patch[p]]
-        stress[p] = lame[material[p], 0] * average
+        stress[p] = volumetric[material[p]] * average
         energy[p] = stress[p] * (trace - 0.5 * average)
     return stress, energy

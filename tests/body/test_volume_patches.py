@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import round_off
+from hooke import plane_matrix
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import Delaunay
@@ -111,13 +112,12 @@ def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, 
         force[edge] += np.outer(weights, load)
 
     lam, mu = nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)
-    lame = np.array([[lam, mu]])
     shared = points.element, gradients, points.volume, points.material
     if patched:
         joined = build_patches(grid)
         indptr, indices = assembly.sparsity(joined.nodes, number)
         data = assembly.stiffness(
-            grid.elements, number, indptr, indices, *shared, lame * [[0.0, 1.0]]
+            grid.elements, number, indptr, indices, *shared, plane_matrix(0.0, mu)
         )
         data += patches.coupling(
             finite.entry_slots(joined.nodes, number, indptr, indices),
@@ -131,18 +131,24 @@ def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, 
         )
     else:
         indptr, indices = assembly.sparsity(grid.elements, number)
-        data = assembly.stiffness(grid.elements, number, indptr, indices, *shared, lame)
+        data = assembly.stiffness(
+            grid.elements, number, indptr, indices, *shared, plane_matrix(lam, mu)
+        )
     u = np.zeros(free.shape)
     u[free] = splu(csc_array((data, indices, indptr))).solve(force[free])
 
     H, _, energy = constitutive.linear_elastic(
-        grid.elements, points.element, gradients, points.material, lame * [[0.0, 1.0]], u
+        grid.elements, points.element, gradients, points.material, plane_matrix(0.0, mu), u
     )
     if patched:
         energy = (
             energy
             + patches.mean_pressure(
-                points.volume, points.material, lame, H, joined.of_triangle[points.element]
+                points.volume,
+                points.material,
+                np.array([lam]),
+                H,
+                joined.of_triangle[points.element],
             )[1]
         )
         stored = np.sum(energy * points.volume)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import round_off
+from hooke import plane_matrix
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm_frechet
@@ -189,7 +190,7 @@ def test_small_strain_is_linear_elasticity(law, size):
             np.array([0]),
             EYE[None],
             np.array([0]),
-            np.array([[LAM, MU]]),
+            plane_matrix(LAM, MU),
             np.ascontiguousarray(H.T),
         )
         tau, W, c, _ = respond(law, H, history=np.zeros((1, 6)))

@@ -7,6 +7,7 @@ of comparisons, whose source text is made here.
 from __future__ import annotations
 
 import inspect
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +80,7 @@ def _compiled(name: str) -> Any:
         if hasattr(module, name):
             scope[f"{word}_{name}"] = getattr(module, name)
     exec(compile(_SOURCES[name], __file__, "exec"), scope)
-    return kernel(scope[name])
+    return kernel(scope[name], inline="always")
 
 
 # What calls laws of other packages is compiled anew where these change.
@@ -96,7 +97,7 @@ response = _compiled("response")
 across = _compiled("across")
 
 
-@kernel
+@partial(kernel, inline="always")
 def respond(law, constants, m, H, mean, patched, history, p):
     """Return stress, energy, tangent and new state of one point.
 
