@@ -122,7 +122,8 @@ def test_a_rotation_of_the_body_has_no_factors(element):
     grid = build_grid(rectangle(10, 10, 10.0, 10.0, shake=0.3, crack=(5, 0, 5)), element)
     (tip,) = grid.tips
     points = seed(grid)
-    points.displacement_gradient[:] = [[0.0, -0.1], [0.1, 0.0]]
+    rotation = np.tile([[0.0, -0.1], [0.1, 0.0]], (len(points), 1, 1))
+    points = points.deformed(rotation, np.zeros((len(points), 3)), np.zeros(len(points)))
     material = material_table([{"E": 1000.0, "nu": 0.25}], "strain")
     gradients = grid.basis_gradients(points.element, points.position)
     for angle in (0.0, 1.9):
