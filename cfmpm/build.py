@@ -103,7 +103,7 @@ def true_sides(scene: Scene) -> dict[str, list[Side]]:
     """The true sides of the boundary by the names of their edges; nobody knows a mesh file's."""
     sides: dict[str, list[Side]] = {}
     if scene.geometry is not None:
-        for name, side in geometry.Body(scene.geometry).sides:
+        for name, side in geometry.BodyShape(scene.geometry).sides:
             sides.setdefault(name, []).append(side)
     return sides
 

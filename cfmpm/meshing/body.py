@@ -18,7 +18,7 @@ from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_area
 from cfmpm.meshing.session import gmsh_session
 from cfmpm.meshing.sizes import GROWTH, grading_in, size_in
 from cfmpm.scene.body import Crack, Geometry
-from cfmpm.scene.geometry import ON, Body, polygon_of, shape_of, snap
+from cfmpm.scene.geometry import ON, BodyShape, polygon_of, shape_of, snap
 from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene
 from cfmpm.scene.shapes import XY, Side, sides_of
@@ -42,7 +42,7 @@ class Frame:
     scale: float
 
     @classmethod
-    def around(cls, body: Body) -> Self:
+    def around(cls, body: BodyShape) -> Self:
         """The frame of a body."""
         x_min, y_min, x_max, y_max = body.outline.bounds
         return cls(((x_min + x_max) / 2, (y_min + y_max) / 2), body.size)
@@ -64,7 +64,7 @@ class Frame:
 def triangulate_body(scene: Scene) -> Triangulation:
     """Triangulate the body of a scene that has a geometry or a family."""
     scene = snap(scene)
-    body = Body.of(scene)
+    body = BodyShape.of(scene)
     frame = Frame.around(body)
     size = size_in(body, scene)
     cuts = _box_cuts(scene, body)
@@ -82,7 +82,7 @@ def triangulate_body(scene: Scene) -> Triangulation:
     return _named(scene, body, frame, raw, cuts)
 
 
-def _drawing(scene: Scene, body: Body, frame: Frame, cuts: list[XY]) -> Drawing:
+def _drawing(scene: Scene, body: BodyShape, frame: Frame, cuts: list[XY]) -> Drawing:
     geometry = body.geometry
 
     def drawn(sides: Iterable[Side]) -> list[Side]:
@@ -99,7 +99,7 @@ def _drawing(scene: Scene, body: Body, frame: Frame, cuts: list[XY]) -> Drawing:
     )
 
 
-def _box_cuts(scene: Scene, body: Body) -> list[XY]:
+def _box_cuts(scene: Scene, body: BodyShape) -> list[XY]:
     """Where the boundary enters and leaves the boxes of loads: a support ends there, at a node."""
     kept = [side.start for _, side in body.sides]
     kept += [load.point for load in scene.loads if load.point is not None]
@@ -121,7 +121,7 @@ def _segments(crack: Crack) -> list[Side]:
     return [Side(a, b) for a, b in pairwise(crack.points)]
 
 
-def _tip_seeds(scene: Scene, body: Body, frame: Frame) -> list[Seeds]:
+def _tip_seeds(scene: Scene, body: BodyShape, frame: Frame) -> list[Seeds]:
     tips = [frame.point(point) for _, _, point in body.tips]
     grading = grading_in(body, scene)
     if grading is None or not tips:
@@ -129,7 +129,7 @@ def _tip_seeds(scene: Scene, body: Body, frame: Frame) -> list[Seeds]:
     return [Seeds(np.array(tips), grading.tip_size / frame.scale, grading.growth)]
 
 
-def _hole_seeds(scene: Scene, body: Body, frame: Frame) -> list[Seeds]:
+def _hole_seeds(scene: Scene, body: BodyShape, frame: Frame) -> list[Seeds]:
     """Places along the holes, as dense as the elements there."""
     size, grading = scene.mesh.hole_size, scene.mesh.grading
     if size is None or not body.holes:
@@ -155,7 +155,7 @@ def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:
     ]
 
 
-def _named(scene: Scene, body: Body, frame: Frame, raw: Raw, cuts: list[XY]) -> Triangulation:
+def _named(scene: Scene, body: BodyShape, frame: Frame, raw: Raw, cuts: list[XY]) -> Triangulation:
     """Find the scene's names in a mesh of its drawing, and its exact coordinates."""
     nodes = frame.back(raw.nodes)
     samples = np.stack([ends_and_middle for ends_and_middle, _ in raw.curves])

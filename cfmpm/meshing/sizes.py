@@ -8,7 +8,7 @@ from itertools import pairwise
 from shapely import LineString, Point
 
 from cfmpm.scene.families import expand
-from cfmpm.scene.geometry import Body
+from cfmpm.scene.geometry import BodyShape
 from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene
 from cfmpm.scene.rules import estimated_triangles
@@ -16,8 +16,8 @@ from cfmpm.scene.rules import estimated_triangles
 # Parts of the size elsewhere, and of the crack, that the elements at a running tip have: K is then
 # within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
 RUNNING, OF_CRACK = 10.0, 20.0
-# The same at a stationary tip: of all gradings none makes half the error for the same time, at small
-# strain and at finite (`snakemake work-precision`).
+# The same at a stationary tip: of all gradings none makes half the error for the same time, at
+# small strain and at finite (`snakemake work-precision`).
 AT_REST, OF_ROOM = 300.0, 150.0
 # Element size per distance from a growing tip and from whatever else needs small elements, and
 # from a stationary tip.
@@ -26,20 +26,20 @@ GROWTH, GROWTH_AT_REST = 0.3, 0.4
 
 def mesh_size(scene: Scene) -> float | None:
     """Return the element size away from the crack tips [mm]; None for a mesh file."""
-    return None if scene.mesh_file is not None else size_in(Body.of(scene), scene)
+    return None if scene.mesh_file is not None else size_in(BodyShape.of(scene), scene)
 
 
-def size_in(body: Body, scene: Scene) -> float:
+def size_in(body: BodyShape, scene: Scene) -> float:
     """Return the element size away from the crack tips [mm], of a scene whose body is known."""
     return scene.mesh.size or math.sqrt(body.polygon.area) / 20
 
 
 def resolved_grading(scene: Scene) -> Grading | None:
     """Return the grading towards the crack tips in numbers [mm]; None for a uniform grid."""
-    return None if scene.mesh_file is not None else grading_in(Body.of(scene), scene)
+    return None if scene.mesh_file is not None else grading_in(BodyShape.of(scene), scene)
 
 
-def grading_in(body: Body, scene: Scene) -> Grading | None:
+def grading_in(body: BodyShape, scene: Scene) -> Grading | None:
     """Return the grading towards the crack tips [mm], of a scene whose body is known."""
     if isinstance(scene.mesh.grading, Grading):
         return scene.mesh.grading
@@ -71,7 +71,7 @@ def running_size(scene: Scene, length: float) -> float | None:
         return None
     if scene.mesh.grading != "auto":
         return None
-    return min(size_in(Body.of(scene), scene) / RUNNING, length / OF_CRACK)
+    return min(size_in(BodyShape.of(scene), scene) / RUNNING, length / OF_CRACK)
 
 
 def expected_triangles(scene: Scene) -> float | None:
@@ -84,13 +84,13 @@ def expected_triangles(scene: Scene) -> float | None:
     if scene.mesh_file is not None:
         return None
     scene = expand(scene)
-    body = Body.of(scene)
+    body = BodyShape.of(scene)
     chosen = {"size": size_in(body, scene), "grading": grading_in(body, scene) or "uniform"}
     mesh = scene.mesh.model_copy(update=chosen)
     return estimated_triangles(scene.model_copy(update={"mesh": mesh}), body)
 
 
-def _room(body: Body, crack_name: str, end: int) -> float:
+def _room(body: BodyShape, crack_name: str, end: int) -> float:
     """Distance from a tip to the boundary, another crack, a bend or the far end of its own [mm]."""
     lines = {str(crack.name): crack.points for crack in body.geometry.cracks}
     own = lines.pop(crack_name)

@@ -20,7 +20,7 @@ from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting.curves import STYLES
 from cfmpm.plotting.mesh import Mesh, draw_grid
 from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, length_axes
-from cfmpm.scene.geometry import Body
+from cfmpm.scene.geometry import BodyShape
 from cfmpm.scene.model import Scene
 
 # Marker of a tip at the end, and what it says.
@@ -139,7 +139,7 @@ def _end(of_tip: xr.Dataset) -> str:
 def corners_of(body: Scene | Grid | Mesh) -> Floats:
     """Return points that span a body, (k, 2) [mm]."""
     if isinstance(body, Scene):
-        return np.array(Body.of(body).outline.exterior.coords)
+        return np.array(BodyShape.of(body).outline.exterior.coords)
     return body.nodes
 
 
@@ -170,7 +170,7 @@ def _draw_body(axes: Axes, body: Scene | Grid | Mesh) -> None:
     if not isinstance(body, Scene):
         draw_grid(axes, body, colour=LIGHT_GREY, width=0.3)
         return
-    shape = Body.of(body)
+    shape = BodyShape.of(body)
     polygon = shape.polygon
     parts = []
     for part in getattr(polygon, "geoms", [polygon]):

@@ -26,7 +26,7 @@ CLEAR = 1e-4
 
 
 @dataclass(frozen=True)
-class Body:
+class BodyShape:
     """A geometry with all names, whose closed lines are sound.
 
     The polygons have chords in place of arcs, off by at most 1e-5 radii; distances to the boundary
@@ -124,7 +124,7 @@ def body_size(geometry: Geometry) -> float:
 
 def body_polygon(scene: Scene) -> BaseGeometry:
     """The body without its holes, arcs as chords that are off by at most 1e-5 radii [mm]."""
-    return Body.of(scene).polygon
+    return BodyShape.of(scene).polygon
 
 
 def tip_points(scene: Scene) -> list[tuple[str, int, XY]]:
@@ -136,7 +136,7 @@ def tip_points(scene: Scene) -> list[tuple[str, int, XY]]:
         Name of the crack; 0 for its first point, -1 for its last; coordinates [mm]. An end that
         is nearer to the boundary than `ON` times the size of the body is a mouth and left out.
     """
-    return Body.of(scene).tips
+    return BodyShape.of(scene).tips
 
 
 def snap(scene: Scene) -> Scene:
@@ -145,7 +145,7 @@ def snap(scene: Scene) -> Scene:
     A point within `ON` times the size of the body goes to the nearest corner within that distance,
     or else to the nearest point of a side; any other point stays.
     """
-    body = Body.of(scene)
+    body = BodyShape.of(scene)
     cracks = [
         crack.model_copy(update={"points": body.snapped(crack.points)})
         for crack in body.geometry.cracks

@@ -57,8 +57,8 @@ class Mesh(Model):
     ] = Field(
         "auto",
         description="towards crack tips: uniform, two numbers, or auto: size / 300 at a "
-        "stationary tip, with growth 0.4, size / 10 at a growing one, with 0.3; less where there is "
-        "no room",
+        "stationary tip, with growth 0.4, size / 10 at a growing one, with 0.3; less where there "
+        "is no room",
     )
     hole_size: Length | None = Field(
         None,

@@ -13,7 +13,7 @@ from cfmpm.registry.elements import ELEMENTS
 from cfmpm.registry.laws import LAWS
 from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
-from cfmpm.scene.geometry import Body
+from cfmpm.scene.geometry import BodyShape
 from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
@@ -60,7 +60,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # lines that are no lines have no inside
-        body = Body.of(whole)
+        body = BodyShape.of(whole)
         found += chain(
             misplaced_holes(body),
             misplaced_regions(body),
@@ -252,7 +252,7 @@ def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[F
             yield f"{part}material.g_c", "is missing: growth needs what a crack has to overcome"
 
 
-def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
+def _sizes(scene: Scene, body: BodyShape) -> Iterator[Finding]:
     x_min, y_min, x_max, y_max = body.outline.bounds
     width = min(x_max - x_min, y_max - y_min)
     mesh = scene.mesh
@@ -275,14 +275,14 @@ def _sizes(scene: Scene, body: Body) -> Iterator[Finding]:
                 yield f"fracture.radii[{i}]", f"{radius:g} is larger than the body, {body.size:g}"
 
 
-def estimated_triangles(scene: Scene, body: Body) -> float:
+def estimated_triangles(scene: Scene, body: BodyShape) -> float:
     """Estimate how many triangles the sizes in numbers of a scene ask for.
 
     Parameters
     ----------
     scene : Scene
         Expanded.
-    body : Body
+    body : BodyShape
         Its own.
 
     Returns

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from shapely import MultiPoint, Polygon, is_valid_reason
 
 from cfmpm.scene.body import Circle, Geometry, Hole, Region, Vertex
-from cfmpm.scene.geometry import CLEAR, ON, Body, polygon_of, shape_of
+from cfmpm.scene.geometry import CLEAR, ON, BodyShape, polygon_of, shape_of
 from cfmpm.scene.shapes import XY
 
 Finding = tuple[str, str]  # dotted key in the expanded scene, and reason
@@ -26,7 +26,7 @@ def broken_lines(geometry: Geometry) -> Iterator[Finding]:
         yield from _shape(f"geometry.holes[{i}]", hole)
 
 
-def misplaced_holes(body: Body) -> Iterator[Finding]:
+def misplaced_holes(body: BodyShape) -> Iterator[Finding]:
     """Holes outside the body, over its outline, or over each other."""
     clear = CLEAR * body.size
     holes = list(body.holes.items())
@@ -44,7 +44,7 @@ def misplaced_holes(body: Body) -> Iterator[Finding]:
                 yield key, f"{does} {other}"
 
 
-def misplaced_regions(body: Body) -> Iterator[Finding]:
+def misplaced_regions(body: BodyShape) -> Iterator[Finding]:
     """Regions that are not wholly in the body, or that overlap."""
     clear = CLEAR * body.size
     regions = [(r.name, polygon_of(shape_of(r))) for r in body.geometry.regions]

@@ -10,7 +10,7 @@ import shapely
 from shapely import LineString, Point
 
 from cfmpm.scene.body import Crack
-from cfmpm.scene.geometry import CLEAR, ON, Body
+from cfmpm.scene.geometry import CLEAR, ON, BodyShape
 from cfmpm.scene.rules_body import Finding, at
 from cfmpm.scene.shapes import XY
 
@@ -18,7 +18,7 @@ from cfmpm.scene.shapes import XY
 LONGEST_NEAR_MOUTH = 20 * CLEAR
 
 
-def misplaced_cracks(body: Body) -> Iterator[Finding]:
+def misplaced_cracks(body: BodyShape) -> Iterator[Finding]:
     """Cracks that are no lines, leave the body, cross, or cut it in two."""
     sound = []
     for i, crack in enumerate(body.geometry.cracks):
@@ -33,7 +33,7 @@ def misplaced_cracks(body: Body) -> Iterator[Finding]:
     yield from _cuts(sound, body)
 
 
-def _line(key: str, crack: Crack, body: Body) -> Iterator[Finding]:
+def _line(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
     repeated = [
         i for i, (a, b) in enumerate(pairwise(crack.points), 1) if math.dist(a, b) <= ON * body.size
     ]
@@ -50,7 +50,7 @@ def _line(key: str, crack: Crack, body: Body) -> Iterator[Finding]:
         yield f"{key}.points", "the crack crosses or touches itself"
 
 
-def _inside(key: str, crack: Crack, body: Body) -> Iterator[Finding]:
+def _inside(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
     line, clear = body.cracks[str(crack.name)], CLEAR * body.size
     # Beside a hole or a notch the polygon's chords leave the arcs by less than `clear`.
     outside = line.difference(body.polygon)
@@ -68,7 +68,7 @@ def _inside(key: str, crack: Crack, body: Body) -> Iterator[Finding]:
         yield from _near_boundary(key, crack, part, body)
 
 
-def _mouth(crack: Crack, outside: LineString, body: Body) -> str:
+def _mouth(crack: Crack, outside: LineString, body: BodyShape) -> str:
     """Say where a crack that begins or ends outside would have to: on the edge that it crosses."""
     ends = [end for end in (0, -1) if outside.distance(Point(crack.points[end])) <= ON * body.size]
     if len(ends) != 1:
@@ -78,7 +78,7 @@ def _mouth(crack: Crack, outside: LineString, body: Body) -> str:
     return f"; to be open there, end it on the edge, at {at((mouth.x, mouth.y))}"
 
 
-def _near_boundary(key: str, crack: Crack, part: LineString, body: Body) -> Iterator[Finding]:
+def _near_boundary(key: str, crack: Crack, part: LineString, body: BodyShape) -> Iterator[Finding]:
     """Judge one stretch of a crack that is not clear of the boundary."""
     tolerance = 2 * ON * body.size
     ends = {
@@ -100,7 +100,7 @@ def _near_boundary(key: str, crack: Crack, part: LineString, body: Body) -> Iter
             yield f"{key}.points", f"runs along {name} near {at(_middle(part))}"
 
 
-def _crossings(cracks: list[tuple[str, Crack]], body: Body) -> Iterator[Finding]:
+def _crossings(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Finding]:
     for i, (key, crack) in enumerate(cracks):
         for _, other in cracks[:i]:
             pair = (body.cracks[str(c.name)] for c in (crack, other))
@@ -108,7 +108,7 @@ def _crossings(cracks: list[tuple[str, Crack]], body: Body) -> Iterator[Finding]
                 yield key, f"crosses or touches {other.name}: not supported yet"
 
 
-def _cuts(cracks: list[tuple[str, Crack]], body: Body) -> Iterator[Finding]:
+def _cuts(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Finding]:
     """Cracks from boundary to boundary that close a cut.
 
     Joined by such a crack, a hole and the outline are one line; a crack from a line to itself cuts

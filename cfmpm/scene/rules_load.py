@@ -8,7 +8,7 @@ from shapely import Point, box
 
 from cfmpm.errors import did_you_mean
 from cfmpm.registry.loads import LOADS
-from cfmpm.scene.geometry import CLEAR, ON, Body
+from cfmpm.scene.geometry import CLEAR, ON, BodyShape
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
 from cfmpm.scene.rules_body import Finding, at
@@ -68,7 +68,7 @@ def swallowed_loads(scene: Scene) -> Iterator[Finding]:
                 )
 
 
-def misplaced_loads(scene: Scene, body: Body) -> Iterator[Finding]:
+def misplaced_loads(scene: Scene, body: BodyShape) -> Iterator[Finding]:
     """Boxes without boundary; points outside the body, beside its boundary or on a crack."""
     for i, load in enumerate(scene.loads):
         if load.box is not None:
@@ -84,7 +84,7 @@ def _place(load: Load) -> Hashable:
     return load.edge or load.point
 
 
-def _box(key: str, load: Load, body: Body) -> Iterator[Finding]:
+def _box(key: str, load: Load, body: BodyShape) -> Iterator[Finding]:
     assert load.box is not None
     (x0, y0), (x1, y1) = load.box
     if min(abs(x1 - x0), abs(y1 - y0)) <= ON * body.size:
@@ -95,7 +95,7 @@ def _box(key: str, load: Load, body: Body) -> Iterator[Finding]:
         yield key, "holds no part of the boundary"
 
 
-def _point(key: str, point: tuple[float, float], body: Body) -> Iterator[Finding]:
+def _point(key: str, point: tuple[float, float], body: BodyShape) -> Iterator[Finding]:
     name, _, distance = body.nearest(point)
     clear = CLEAR * body.size
     for crack, line in body.cracks.items():

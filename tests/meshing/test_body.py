@@ -22,7 +22,7 @@ from meshing_scenes import (
 )
 
 from cfmpm.meshing import expected_triangles, mesh_size, resolved_grading, triangulate
-from cfmpm.scene.geometry import Body, body_polygon, snap
+from cfmpm.scene.geometry import BodyShape, body_polygon, snap
 
 
 def boundary_nodes(t):
@@ -253,9 +253,9 @@ def test_default_sizes():
 
 def test_the_body_is_made_the_same_few_times_for_any_number_of_tips(monkeypatch):
     made = []
-    make = Body.of.__func__
+    make = BodyShape.of.__func__
     monkeypatch.setattr(
-        Body, "of", classmethod(lambda cls, scene: made.append(1) or make(cls, scene))
+        BodyShape, "of", classmethod(lambda cls, scene: made.append(1) or make(cls, scene))
     )
     for n in (1, 4):
         made.clear()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scene_texts import changed
 
 from cfmpm.scene import Scene, body_polygon, expand, scene_from_dict, snap, tip_points
-from cfmpm.scene.geometry import ON, Body
+from cfmpm.scene.geometry import ON, BodyShape
 
 
 def plate(cracks: list[Any], point: Any = (0, 0)) -> Scene:
@@ -82,7 +82,7 @@ def test_polygon_of_the_body() -> None:
 
 
 def test_size_is_the_longer_side() -> None:
-    assert Body.of(plate([])).size == 100
+    assert BodyShape.of(plate([])).size == 100
 
 
 def test_a_mesh_file_has_no_geometry(tmp_path) -> None:

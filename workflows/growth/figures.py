@@ -13,7 +13,7 @@ from cfmpm.output.files import write_dataset
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLACK, GREY, length_axes, panels
 from cfmpm.scene import load_scene
-from cfmpm.scene.geometry import Body
+from cfmpm.scene.geometry import BodyShape
 from matplotlib.axes import Axes
 
 from workflows.growth.datasets import segment_angles, steps, tip_path
@@ -260,7 +260,7 @@ def _resolved(run: xr.Dataset) -> float:
 
 
 def _draw_body(axes: Axes, scene_file: str) -> None:
-    body = Body.of(load_scene(scene_file))
+    body = BodyShape.of(load_scene(scene_file))
     for ring in (body.polygon.exterior, *body.polygon.interiors):
         axes.plot(*np.array(ring.coords).T, color=BLACK, lw=0.8)
 
