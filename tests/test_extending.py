@@ -59,6 +59,16 @@ assert len(fine.points) == 12 * len(fine.grid.elements)
 assert math.isclose(fine.history.K_I[0, 0], coarse.history.K_I[0, 0], rel_tol=3e-3)
 assert math.isclose(fine.history.J[0, 0], fine.history.G[0, 0], rel_tol=2e-4)
 
+# A pressure is the traction along the normal.
+def pressed(*loads):
+    scene = {**plate, "kinematics": "small", "material": {"E": 1000, "nu": 0.3}, "loads": loads}
+    return float(cfmpm.run(cfmpm.scene_from_dict(scene)).history.K_I[0, 0])
+
+
+pressures = [{"edge": edge, "pressure": -10} for edge in ("top", "bottom")]
+tractions = [{"edge": "top", "traction": [0, 10]}, {"edge": "bottom", "traction": [0, -10]}]
+assert math.isclose(pressed(*pressures), pressed(*tractions), rel_tol=1e-10)
+
 assert local_symmetry_angle(1.0, 0.0) == 0.0
 assert math.isnan(local_symmetry_angle(-1.0, 0.5))
 for k_1, k_2 in ((1.0, 0.3), (1.0, -0.3), (0.2, 1.0), (0.0, 1.0)):
