@@ -19,7 +19,7 @@ from cfmpm.registry.laws import LAWS, Law
 # Poisson's ratio above which T3 in plane strain locks. J against T6 on one grid (single edge crack,
 # size 20, tip 1 mm): 1.4 % low at 0.3, 2.4 % at 0.45, 7 % at 0.49, 28 % at 0.499.
 LOCKING = 0.45
-# Among the variables of a law's history.
+# Among the internal variables of a law.
 PLASTIC_WORK = "plastic_work"
 
 
@@ -50,7 +50,7 @@ class Materials:
         What the laws read: lambda, mu [MPa], and their own constants from the third column on.
     plastic : (q,) bool
         Whether the law flows.
-    n_history : (q,) int
+    n_variables : (q,) int
         Number of internal variables that the law keeps of a point.
     work : (q,) int
         Which of them is the plastic work; -1 where none is.
@@ -69,7 +69,7 @@ class Materials:
     law: Ints
     constants: Floats
     plastic: NDArray[np.bool_]
-    n_history: Ints
+    n_variables: Ints
     work: Ints
     locks: NDArray[np.bool_]
 
@@ -81,7 +81,7 @@ class Materials:
     @property
     def n_internal(self) -> int:
         """Number of internal variables of a point."""
-        return int(self.n_history.max())
+        return int(self.n_variables.max())
 
     def plastic_work(self, points: DeformedPoints) -> Floats:
         """Return the plastic work of points per reference volume [MPa], (p,)."""
@@ -125,7 +125,7 @@ def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
         across[:, :2] = nu[:, None]
     laws = [LAWS[word] for word in words]
     plastic = np.array([law.plastic for law in laws])
-    kept = [dispatch.HISTORY[word] for word in words]
+    kept = [dispatch.INTERNAL_VARIABLES[word] for word in words]
     own = [_own_constants(law, row) for law, row in zip(laws, rows, strict=True)]
     return Materials(
         elastic=elastic,
@@ -138,7 +138,7 @@ def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
         law=np.array([dispatch.NUMBERS[word] for word in words]),
         constants=np.column_stack([lam, mu, own]),
         plastic=plastic,
-        n_history=np.array([len(names) for names in kept]),
+        n_variables=np.array([len(names) for names in kept]),
         work=np.array(
             [names.index(PLASTIC_WORK) if PLASTIC_WORK in names else -1 for names in kept]
         ),

@@ -131,12 +131,12 @@ def lowest_eigenvalue(F, tau, c):
 
 
 @kernel
-def ellipticity(volume, material, law, constants, history, displacement_gradient, patch):
+def ellipticity(volume, material, law, constants, internal, displacement_gradient, patch):
     """Measure at each point how far the law is from losing ellipticity.
 
     Parameters
     ----------
-    volume, material, law, constants, history, patch
+    volume, material, law, constants, internal, patch
         As in `finite.stiffness`.
     displacement_gradient : (p, 2, 2) float
 
@@ -160,6 +160,6 @@ def ellipticity(volume, material, law, constants, history, displacement_gradient
         m = material[p]
         H = (hxx, hxy, hyx, hyy)
         mean = means[patch[p]] if len(patch) else hxx + hyy + (hxx * hyy - hxy * hyx)
-        tau, _, c, _ = respond(law[m], constants, m, H, mean, False, history, p)
+        tau, _, c, _ = respond(law[m], constants, m, H, mean, False, internal, p)
         result[p] = lowest_eigenvalue(F, tau, c) / constants[m, 1]
     return result

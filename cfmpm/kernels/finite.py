@@ -80,7 +80,7 @@ def update_points(
     material,
     law,
     constants,
-    history,
+    internal,
     displacement,
     patch,
 ):
@@ -102,8 +102,8 @@ def update_points(
         By `laws.dispatch.NUMBERS`.
     constants : (q, c) float
         lambda, mu [MPa] and the constants of the laws.
-    history : (p, h) float
-        State at the start of the step; h = 0 where no law keeps one.
+    internal : (p, h) float
+        Internal variables at the start of the step; h = 0 where no law has any.
     displacement : (n, 2) float
         Of the nodes [mm].
     patch : (p,) or (0,) int
@@ -117,13 +117,13 @@ def update_points(
         Cauchy stress xx, yy, xy [MPa]; nan where det F <= 0.
     energy : (p,) float
         Stored energy per reference volume [N mm/mm^3]; inf where det F <= 0.
-    new_history : like `history`
+    new_internal : like `internal`
     det_F : (p,) float
     """
     H = displacement_gradients(elements, point_element, gradients, base, displacement)
     n = len(point_element)
     stress, energy, det_F = np.empty((n, 3)), np.empty(n), np.empty(n)
-    new_history = np.zeros_like(history)
+    new_internal = np.zeros_like(internal)
     means = patch_means(volume, H, patch)
     patched = len(patch) > 0
     for p in range(n):
@@ -134,16 +134,16 @@ def update_points(
         if not J > 0.0:
             stress[p] = math.nan
             energy[p] = math.inf
-            new_history[p] = history[p]
+            new_internal[p] = internal[p]
             continue
         m = material[p]
         mean = means[patch[p]] if patched else y
-        tau, energy[p], _, state = respond(law[m], constants, m, h, mean, patched, history, p)
+        tau, energy[p], _, state = respond(law[m], constants, m, h, mean, patched, internal, p)
         for i in range(3):
             stress[p, i] = tau[i] / J
-        for i in range(history.shape[1]):
-            new_history[p, i] = state[i]
-    return H, stress, energy, new_history, det_F
+        for i in range(internal.shape[1]):
+            new_internal[p, i] = state[i]
+    return H, stress, energy, new_internal, det_F
 
 
 @kernel
@@ -310,7 +310,7 @@ def stiffness(
     material,
     law,
     constants,
-    history,
+    internal,
     displacement_gradient,
     patch,
 ):
@@ -326,7 +326,7 @@ def stiffness(
         From `entry_slots`.
     n_entries : int
         Entries of the matrix.
-    point_element, gradients, volume, material, law, constants, history, patch
+    point_element, gradients, volume, material, law, constants, internal, patch
         As in `update_points`; the state is that at the start of the step.
     displacement_gradient : (p, 2, 2) float
         Of the present displacement; det F > 0.
@@ -348,7 +348,7 @@ def stiffness(
         y = hxx + hyy + (hxx * hyy - hxy * hyx)
         H, mean = (hxx, hxy, hyx, hyy), means[patch[p]] if patched else y
         m = material[p]
-        tau, _, c, _ = respond(law[m], constants, m, H, mean, patched, history, p)
+        tau, _, c, _ = respond(law[m], constants, m, H, mean, patched, internal, p)
         J = 1.0 + y
         for a in range(k):
             gx, gy = gradients[p, a, 0], gradients[p, a, 1]

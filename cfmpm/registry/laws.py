@@ -44,7 +44,7 @@ class Law:
     constants : tuple of Constant
         Besides E and nu.
     plastic : bool
-        Whether it flows, without change of volume, and keeps a history of that.
+        Whether it flows, without change of volume, and keeps internal variables of that.
     elliptic : bool
         Whether it keeps its ellipticity at large stretches.
     """

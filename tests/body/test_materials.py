@@ -61,13 +61,13 @@ def points_of(gradients, stress, material):
     )
 
 
-def cauchy(law, H, history=None):
+def cauchy(law, H, internal=None):
     """Cauchy stress in the plane, and the new state, of one point without patches."""
     y = np.linalg.det(EYE + H) - 1.0
-    history = np.zeros((1, 6)) if history is None else history
+    internal = np.zeros((1, 6)) if internal is None else internal
     materials = table(law)
     tau, _, _, state = dispatch.respond(
-        materials.law[0], materials.constants, 0, tuple(H.ravel()), y, False, history, 0
+        materials.law[0], materials.constants, 0, tuple(H.ravel()), y, False, internal, 0
     )
     return np.array(tau) / (1.0 + y), np.array(state)
 

@@ -33,7 +33,7 @@ class Body:
     points: MaterialPoints
     law: np.ndarray
     base: np.ndarray
-    history: np.ndarray
+    internal: np.ndarray
     gradients: np.ndarray
     patch: np.ndarray
     macro: np.ndarray
@@ -53,15 +53,15 @@ class Body:
             points.material,
             self.law,
             PARAMETERS,
-            self.history,
+            self.internal,
             np.ascontiguousarray(u),
             self.patch,
         )
 
     def energy(self, u):
         """Stored energy with the plastic work of the step."""
-        _, _, energy, history, _ = self.update(u)
-        work = history[:, 5] if history.shape[1] else 0.0
+        _, _, energy, internal, _ = self.update(u)
+        work = internal[:, 5] if internal.shape[1] else 0.0
         return np.sum((energy + work) * self.points.volume)
 
     def force(self, u):
@@ -69,8 +69,8 @@ class Body:
         return finite.internal_force(*self.where, H, stress)
 
     def configurational_force(self, u):
-        H, stress, energy, history, _ = self.update(u)
-        work = history[:, 5] if history.shape[1] else 0.0
+        H, stress, energy, internal, _ = self.update(u)
+        work = internal[:, 5] if internal.shape[1] else 0.0
         return finite.configurational_force(*self.where, H, stress, energy + work)
 
     @property
@@ -92,7 +92,7 @@ class Body:
         shared = points.element, self.gradients, points.volume, points.material
         shared += self.law, PARAMETERS
         slots = finite.entry_slots(self.grid.elements, free, indptr, indices)
-        data = finite.stiffness(slots, len(indices), *shared, self.history, H, self.patch)
+        data = finite.stiffness(slots, len(indices), *shared, self.internal, H, self.patch)
         if len(self.patch):
             slots = finite.entry_slots(self.macro, free, indptr, indices)
             data += patches.coupling(
@@ -148,7 +148,7 @@ def test_force_and_stiffness_are_derivatives_of_the_energy(law, element, patched
     u = displacement(model.grid, 1.0)
     if law == "j2":
         # From a plastic state.
-        model.history = model.update(0.5 * u)[3]
+        model.internal = model.update(0.5 * u)[3]
     force, K = model.force(u), model.stiffness(u)
     rng = np.random.default_rng(3)
     for _ in range(5):
@@ -217,12 +217,12 @@ def test_a_rotation_of_170_degrees_changes_nothing_but_the_direction_of_stress(l
     model = body(law)
     u = displacement(model.grid, 1.0)
     turned_u = (model.grid.nodes + u) @ ROTATION.T - model.grid.nodes
-    _, stress, energy, history, det_F = model.update(u)
-    _, turned_stress, same_energy, same_history, same_det = model.update(turned_u)
+    _, stress, energy, internal, det_F = model.update(u)
+    _, turned_stress, same_energy, same_internal, same_det = model.update(turned_u)
     scale = 1e-10 * abs(stress).max()
     np.testing.assert_allclose(same_energy, energy, atol=scale)
     np.testing.assert_allclose(same_det, det_F, rtol=1e-10)
-    np.testing.assert_allclose(same_history, history, atol=1e-10)
+    np.testing.assert_allclose(same_internal, internal, atol=1e-10)
     full = np.stack([stress[:, [0, 2]], stress[:, [2, 1]]], axis=1)
     expected = ROTATION @ full @ ROTATION.T
     full = np.stack([turned_stress[:, [0, 2]], turned_stress[:, [2, 1]]], axis=1)
@@ -263,9 +263,9 @@ def test_reset_grid_gives_what_one_step_from_the_reference_gives(law, element):
     """F = (I + grad du) F_n with G = F_n^T dS/dx on the grid carried along to state n."""
     total = body(law, element)
     half, u = displacement(total.grid, 0.6), displacement(total.grid, 1.0, seed=1)
-    base, _, _, history, _ = total.update(half)
+    base, _, _, internal, _ = total.update(half)
     if law == "j2":
-        total.history = history
+        total.internal = internal
     # T6 gradients in space follow from the Jacobian of the map, whatever shape the sides take.
     in_space = np.einsum("paj,pji->pai", total.gradients, np.linalg.inv(np.eye(2) + base))
     if element == "T3":
@@ -330,7 +330,7 @@ def test_an_inverted_point_is_marked_and_no_other_touched(law):
     x = model.grid.nodes[triangle] + u[triangle]
     # One corner goes through the opposite side.
     u[triangle[0]] += 2.2 * (0.5 * (x[1] + x[2]) - x[0])
-    H, stress, energy, history, det_F = model.update(u)
+    H, stress, energy, internal, det_F = model.update(u)
     inverted = det_F <= 0
     untouched = ~(model.grid.triangles == triangle[0]).any(axis=1)[model.points.element]
     assert inverted[0]
@@ -338,18 +338,18 @@ def test_an_inverted_point_is_marked_and_no_other_touched(law):
     assert np.isfinite(H).all()
     assert np.isnan(stress[inverted]).all()
     assert np.isposinf(energy[inverted]).all()
-    np.testing.assert_array_equal(history[inverted], model.history[inverted])
+    np.testing.assert_array_equal(internal[inverted], model.internal[inverted])
     assert np.isfinite(stress[~inverted]).all()
     assert np.isfinite(energy[~inverted]).all()
-    for now, before in zip((H, stress, energy, history, det_F), sound, strict=True):
+    for now, before in zip((H, stress, energy, internal, det_F), sound, strict=True):
         np.testing.assert_array_equal(now[untouched], before[untouched])
 
 
 def test_force_of_the_plastic_work():
     """-sum W_p G V, by the same sum without stress."""
     model = body("j2")
-    H, stress, energy, history, _ = model.update(displacement(model.grid, 1.0))
-    work = history[:, 5].copy()
+    H, stress, energy, internal, _ = model.update(displacement(model.grid, 1.0))
+    work = internal[:, 5].copy()
     assert work.min() > 0
     both = finite.configurational_force(*model.where, H, stress, energy + work)
     stored = finite.configurational_force(*model.where, H, stress, energy)
@@ -358,7 +358,7 @@ def test_force_of_the_plastic_work():
 
 
 def test_elastic_points_beside_plastic_ones():
-    """Each as if alone; elastic ones keep no history."""
+    """Each as if alone; elastic ones keep nothing."""
     model = body("j2", "T6")
     u = displacement(model.grid, 1.0)
     plastic, elastic = model.update(u), body("hencky", "T6").update(u)

@@ -16,7 +16,7 @@ ALONE = np.zeros(0, np.int64)
 NU = LAM / (2 * (LAM + MU))
 
 
-def ellipticity(law, F, history=None, patch=ALONE, parameters=(LAM, MU, 300.0, 1e3)):
+def ellipticity(law, F, internal=None, patch=ALONE, parameters=(LAM, MU, 300.0, 1e3)):
     F = np.atleast_3d(F).reshape(-1, 2, 2)
     n = len(F)
     return acoustic.ellipticity(
@@ -24,7 +24,7 @@ def ellipticity(law, F, history=None, patch=ALONE, parameters=(LAM, MU, 300.0, 1
         np.zeros(n, np.int64),
         np.array([dispatch.NUMBERS[law]]),
         np.array([parameters]),
-        np.zeros((n, 6)) if history is None else history,
+        np.zeros((n, 6)) if internal is None else internal,
         F - EYE,
         patch,
     )
@@ -54,12 +54,12 @@ def test_no_direction_is_missed(law, seed, size):
         F[0] = -F[0]
     if np.linalg.det(F) < 0.05:
         return
-    history = np.zeros((1, 6))
-    A = tangent(law, F - EYE, history=history)
+    internal = np.zeros((1, 6))
+    A = tangent(law, F - EYE, internal=internal)
     lowest = by_search(A)
     scale = abs(A).max() / MU
     # The grid of directions is off by at most the curvature times half its step squared.
-    ours = ellipticity(law, F, history)[0]
+    ours = ellipticity(law, F, internal)[0]
     assert ours <= lowest + 1e-12 * scale
     assert ours >= lowest - 1e-7 * scale
 
@@ -136,7 +136,7 @@ def test_an_inverted_point_has_lost_it():
 def test_yielding_lowers_it():
     """Perfectly plastic flow has next to no shear stiffness along its direction."""
     F = np.diag([1.02, 1 / 1.02])
-    _, _, _, state = respond("j2", F - EYE, history=np.zeros((1, 6)))
+    _, _, _, state = respond("j2", F - EYE, internal=np.zeros((1, 6)))
     assert state[4] > 0
     assert ellipticity("j2", F, parameters=(LAM, MU, 300.0, 0.0))[0] < 0.02
     assert ellipticity("hencky", F)[0] > 0.9

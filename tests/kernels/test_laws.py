@@ -26,7 +26,7 @@ U = {
     "neo_hookean": lambda J: 0.5 * np.log(J) ** 2,
     "ciarlet": lambda J: 0.25 * (J * J - 1) - 0.5 * np.log(J),
 }
-NO_HISTORY = np.zeros((1, 0))
+NO_INTERNAL = np.zeros((1, 0))
 EYE = np.eye(2)
 
 
@@ -35,14 +35,14 @@ def rotation(angle):
     return np.array([[c, -s], [s, c]])
 
 
-def respond(law, H, *, mean=None, lam=LAM, mu=MU, plastic=(300.0, 1e3), history=NO_HISTORY):
+def respond(law, H, *, mean=None, lam=LAM, mu=MU, plastic=(300.0, 1e3), internal=NO_INTERNAL):
     """Kirchhoff stress, energy, c_ijkl and state of one point from its displacement gradient."""
     H = np.asarray(H, float)
     y = H[0, 0] + H[1, 1] + (H[0, 0] * H[1, 1] - H[0, 1] * H[1, 0])
     at, patched = (y, False) if mean is None else (mean, True)
     constants = np.array([[lam, mu, *plastic]])
     tau, energy, c, state = dispatch.respond(
-        dispatch.NUMBERS[law], constants, 0, tuple(H.ravel()), at, patched, history, 0
+        dispatch.NUMBERS[law], constants, 0, tuple(H.ravel()), at, patched, internal, 0
     )
     c = np.array([[c[0], c[2], c[3]], [c[2], c[1], c[4]], [c[3], c[4], c[5]]])
     c = c[VOIGT[:, :, None, None], VOIGT[None, None]]
@@ -161,7 +161,7 @@ def test_neo_hookean_energy(law):
 )
 def test_frame_indifferent_and_isotropic(law, angle, first, second, axis):
     """A rotation after turns the stress, one before changes nothing."""
-    state = {"history": np.zeros((1, 6))}
+    state = {"internal": np.zeros((1, 6))}
     U = rotation(axis) @ np.diag([first, second]) @ rotation(-axis)
     R = rotation(angle)
     tau, energy, c, _ = respond(law, U - EYE, **state)
@@ -193,7 +193,7 @@ def test_small_strain_is_linear_elasticity(law, size):
             plane_matrix(LAM, MU),
             np.ascontiguousarray(H.T),
         )
-        tau, W, c, _ = respond(law, H, history=np.zeros((1, 6)))
+        tau, W, c, _ = respond(law, H, internal=np.zeros((1, 6)))
         norm = 2 * (LAM + MU) * size
         np.testing.assert_allclose(tau, stress[0][VOIGT], atol=norm * (1e-15 + 10 * size))
         np.testing.assert_allclose(W, energy[0], atol=norm * size * (1e-15 + 10 * size))

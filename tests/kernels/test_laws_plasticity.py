@@ -12,16 +12,16 @@ YIELD, HARDENING = 300.0, 1e3
 VIRGIN = np.zeros((1, 6))
 
 
-def respond_j2(F, history, plastic=(YIELD, HARDENING)):
-    return respond("j2", F - EYE, history=history, plastic=plastic)
+def respond_j2(F, internal, plastic=(YIELD, HARDENING)):
+    return respond("j2", F - EYE, internal=internal, plastic=plastic)
 
 
 def follow(path, plastic=(YIELD, HARDENING)):
     """Kirchhoff stress, energy and state at the end of a sequence of deformation gradients."""
-    history = VIRGIN
+    internal = VIRGIN
     for F in path:
-        tau, energy, _, state = respond_j2(F, history, plastic)
-        history = state[None]
+        tau, energy, _, state = respond_j2(F, internal, plastic)
+        internal = state[None]
     return tau, energy, state
 
 
@@ -29,22 +29,22 @@ def random_states(seed, n):
     """States reached by three random steps, of which the last is returned with its start."""
     rng = np.random.default_rng(seed)
     while n:
-        F, history = EYE, VIRGIN
+        F, internal = EYE, VIRGIN
         for size in (*rng.choice([0.003, 0.05, 0.3], 2), 0.0):
             if size:
                 F = F + rng.uniform(-size, size, (2, 2))
-                history = respond_j2(F, history)[3][None]
+                internal = respond_j2(F, internal)[3][None]
         F = F + rng.choice([0.001, 0.05, 0.3]) * rng.uniform(-1, 1, (2, 2))
         if np.linalg.det(F) > 0.1:
             n -= 1
-            yield F, history
+            yield F, internal
 
 
 def test_inside_the_yield_surface_it_is_hencky_to_the_bit():
-    history = np.zeros((1, 6))
+    internal = np.zeros((1, 6))
     for H in GRADIENTS:
         elastic = respond("hencky", H)
-        ours = respond("j2", H, history=history, plastic=(1e9, 0.0))
+        ours = respond("j2", H, internal=internal, plastic=(1e9, 0.0))
         for ours_part, part in zip(ours[:3], elastic[:3], strict=True):
             np.testing.assert_array_equal(ours_part, part)
         assert not ours[3].any()
@@ -53,11 +53,11 @@ def test_inside_the_yield_surface_it_is_hencky_to_the_bit():
 def test_stress_and_tangent_are_derivatives():
     """Stored energy and plastic work of a step are a potential of P, whose slope is the tangent."""
     yielding = 0
-    for F, history in random_states(1, 60):
-        options = {"history": history, "plastic": (YIELD, HARDENING)}
+    for F, internal in random_states(1, 60):
+        options = {"internal": internal, "plastic": (YIELD, HARDENING)}
         H = F - EYE
         state = respond("j2", H, **options)[3]
-        yielding += state[4] > history[0, 4]
+        yielding += state[4] > internal[0, 4]
         P = nominal("j2", H, **options)
         A = tangent("j2", H, **options)
 
@@ -76,23 +76,23 @@ def test_stress_and_tangent_are_derivatives():
 
 def test_plastic_flow_keeps_the_volume():
     rng = np.random.default_rng(3)
-    F, history = EYE, VIRGIN
+    F, internal = EYE, VIRGIN
     for _ in range(300):
         step = rng.uniform(-0.03, 0.03, (2, 2))
         F = F @ (EYE + step)
-        history = respond_j2(F, history)[3][None]
-        xx, yy, xy, zz = history[0, :4]
+        internal = respond_j2(F, internal)[3][None]
+        xx, yy, xy, zz = internal[0, :4]
         det = ((1 + xx) * (1 + yy) - xy * xy) * (1 + zz)
         np.testing.assert_allclose(det, 1.0, atol=1e-12)
-    assert history[0, 4] > 1.0
+    assert internal[0, 4] > 1.0
 
 
 def test_frame_indifferent_with_history():
     """Cp^-1 lives in the reference frame: a rotation after the step does not change it."""
-    for F, history in random_states(4, 20):
+    for F, internal in random_states(4, 20):
         R = rotation(np.deg2rad(170))
-        tau, energy, _, state = respond_j2(F, history)
-        turned, same, _, same_state = respond_j2(R @ F, history)
+        tau, energy, _, state = respond_j2(F, internal)
+        turned, same, _, same_state = respond_j2(R @ F, internal)
         np.testing.assert_allclose(turned, R @ tau @ R.T, atol=1e-10 * MU)
         np.testing.assert_allclose(same, energy, atol=1e-10 * MU)
         np.testing.assert_allclose(same_state, state, atol=1e-10)

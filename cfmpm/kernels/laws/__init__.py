@@ -13,9 +13,10 @@ needs, by these names: ``lam``, ``mu``, the constants of the law by theirs, and
 ``across(..., H, y, tau)``, optional
     Kirchhoff stress zz of W_mu in plane strain, from its stress in the plane; zero without it.
 
-A law with a history names its variables in ``HISTORY``, zero in the virgin state; its ``response``
-takes ``history`` and ``p`` too, the states at the start of the step and the row of the point, and
-returns the new row besides. A variable ``plastic_work`` is the plastic work per reference volume.
+A law with internal variables names them in ``INTERNAL_VARIABLES``; they are zero in the virgin
+state. Its ``response`` takes ``internal`` and ``p`` too, those of all points at the start of the
+step and the row of the point, and returns the new row besides. A variable ``plastic_work`` is the
+plastic work per reference volume.
 
 All start from H, so that nothing is lost at small strain: no number near 1 is ever subtracted from
 another. All numbers returned are floats.

@@ -18,13 +18,13 @@ from cfmpm.registry.table import load
 NUMBERS = {word: number for number, word in enumerate(LAWS)}
 """The number of each law, which kernels know it by."""
 _MODULES = {word: load(law.code) for word, law in LAWS.items()}
-HISTORY: dict[str, tuple[str, ...]] = {
-    word: tuple(getattr(module, "HISTORY", ())) for word, module in _MODULES.items()
+INTERNAL_VARIABLES: dict[str, tuple[str, ...]] = {
+    word: tuple(getattr(module, "INTERNAL_VARIABLES", ())) for word, module in _MODULES.items()
 }
 """The variables that each law keeps of a point."""
 N_CONSTANTS = 2 + max(len(law.constants) for law in LAWS.values())
 """Columns of the table of constants: lambda, mu and those of the laws, each from the third on."""
-_N_HISTORY = max(map(len, HISTORY.values()))
+_N_INTERNAL = max(map(len, INTERNAL_VARIABLES.values()))
 
 
 def _columns(word: str) -> dict[str, str]:
@@ -43,9 +43,9 @@ def _call(word: str, name: str) -> str:
 
 def _response(word: str) -> list[str]:
     """Lines that return the response of a law, with as many state variables as any has."""
-    call, n = _call(word, "response"), len(HISTORY[word])
-    kept = [f"state[{i}]" if i < n else "0.0" for i in range(_N_HISTORY)]
-    padded = f"({', '.join(kept)}{',' * (_N_HISTORY == 1)})"
+    call, n = _call(word, "response"), len(INTERNAL_VARIABLES[word])
+    kept = [f"state[{i}]" if i < n else "0.0" for i in range(_N_INTERNAL)]
+    padded = f"({', '.join(kept)}{',' * (_N_INTERNAL == 1)})"
     into = "tau, energy, c, state" if n else "tau, energy, c"
     return [f"{into} = {call}", f"return tau, energy, c, {padded}"]
 
@@ -68,7 +68,7 @@ _SOURCES = {
     "volumetric": _chain(
         "volumetric", "y", {word: [f"return {_call(word, 'volumetric')}"] for word in LAWS}
     ),
-    "response": _chain("response", "H, y, history, p", {word: _response(word) for word in LAWS}),
+    "response": _chain("response", "H, y, internal, p", {word: _response(word) for word in LAWS}),
     "across": _chain("across", "H, y, tau", {word: _across(word) for word in LAWS}),
 }
 
@@ -98,7 +98,7 @@ across = _compiled("across")
 
 
 @partial(kernel, inline="always")
-def respond(law, constants, m, H, mean, patched, history, p):
+def respond(law, constants, m, H, mean, patched, internal, p):
     """Return stress, energy, tangent and new state of one point.
 
     Parameters
@@ -115,10 +115,10 @@ def respond(law, constants, m, H, mean, patched, history, p):
         Mean of J - 1 over the point's patch; the point's own without patches.
     patched : bool
         Whether the tangent leaves out lambda U'', which then couples the points of a patch.
-    history : (p, h) float
-        State at the start of the step; read by laws that have one.
+    internal : (p, h) float
+        Internal variables at the start of the step; read by laws that have some.
     p : int
-        Row of `history`.
+        Row of `internal`.
 
     Returns
     -------
@@ -133,10 +133,10 @@ def respond(law, constants, m, H, mean, patched, history, p):
         minor symmetries; the stress term delta_ik tau_jl stands apart: c_ijkl + delta_ik tau_jl
         is J a_ijkl of paper eq 11 with misprints put right.
     state : tuple of floats
-        New row of the history, as long as the longest of any law; zero beyond that of the own.
+        New row of internal variables, as long as the longest of any law; zero beyond the own.
     """
     y = H[0] + H[3] + (H[0] * H[3] - H[1] * H[2])
-    tau, energy, c, state = response(law, constants, m, H, y, history, p)
+    tau, energy, c, state = response(law, constants, m, H, y, internal, p)
     stored, pressure, bulk = volumetric(law, constants, m, mean)
     energy += stored + pressure * (y - mean)
     pressure *= 1.0 + y

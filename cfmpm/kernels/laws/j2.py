@@ -15,10 +15,10 @@ from cfmpm._jit import kernel
 from cfmpm.kernels.laws.hencky import volumetric
 from cfmpm.kernels.laws.tensors import principal, turned
 
-__all__ = ["HISTORY", "across", "response", "volumetric"]
+__all__ = ["INTERNAL_VARIABLES", "across", "response", "volumetric"]
 
 # Of Cp^-1 - I; the accumulated plastic strain alpha; its work per reference volume [MPa].
-HISTORY = ("cp_xx", "cp_yy", "cp_xy", "cp_zz", "plastic_strain", "plastic_work")
+INTERNAL_VARIABLES = ("cp_xx", "cp_yy", "cp_xy", "cp_zz", "plastic_strain", "plastic_work")
 
 
 @kernel
@@ -28,7 +28,7 @@ def across(mu, y, tau):
 
 
 @kernel
-def trial(H, y, history, p):
+def trial(H, y, internal, p):
     """Return b_e - I of the trial state, its determinant in the plane, and its strain across.
 
     Returns
@@ -42,7 +42,7 @@ def trial(H, y, history, p):
     hxx, hxy, hyx, hyy = H
     fxx, fyy = 1.0 + hxx, 1.0 + hyy
     J = 1.0 + y
-    gxx, gyy, gxy = history[p, 0], history[p, 1], history[p, 2]
+    gxx, gyy, gxy = internal[p, 0], internal[p, 1], internal[p, 2]
     # b_e - I = H + H^T + H H^T + F (Cp^-1 - I) F^T
     exx = 2.0 * hxx + hxx * hxx + hxy * hxy
     eyy = 2.0 * hyy + hyx * hyx + hyy * hyy
@@ -53,16 +53,16 @@ def trial(H, y, history, p):
     growth = gxx + gyy + (gxx * gyy - gxy * gxy)
     area = J * J * (1.0 + growth)
     log_area = math.log1p(y) + 0.5 * math.log1p(growth)
-    return exx, eyy, exy, area, log_area, 0.5 * math.log1p(history[p, 3])
+    return exx, eyy, exy, area, log_area, 0.5 * math.log1p(internal[p, 3])
 
 
 @kernel
-def flowed(H, y, history, p, change, dg, work):
-    """Return the history after flow.
+def flowed(H, y, internal, p, change, dg, work):
+    """Return the internal variables after flow.
 
     Parameters
     ----------
-    H, y, history, p
+    H, y, internal, p
         As in `response`.
     change : tuple of four floats
         b_e - b_e trial xx, yy, xy, and the relative change of Cp^-1 across.
@@ -77,19 +77,19 @@ def flowed(H, y, history, p, change, dg, work):
     JJ = (1.0 + y) * (1.0 + y)
     # Cp^-1 changes by F^-1 (b_e - b_e trial) F^-T.
     return (
-        history[p, 0] + (fyy * fyy * bxx - 2.0 * fyy * hxy * bxy + hxy * hxy * byy) / JJ,
-        history[p, 1] + (hyx * hyx * bxx - 2.0 * hyx * fxx * bxy + fxx * fxx * byy) / JJ,
-        history[p, 2] + ((fxx * fyy + hxy * hyx) * bxy - fyy * hyx * bxx - hxy * fxx * byy) / JJ,
-        history[p, 3] + (1.0 + history[p, 3]) * zz,
-        history[p, 4] + dg,
-        history[p, 5] + work,
+        internal[p, 0] + (fyy * fyy * bxx - 2.0 * fyy * hxy * bxy + hxy * hxy * byy) / JJ,
+        internal[p, 1] + (hyx * hyx * bxx - 2.0 * hyx * fxx * bxy + fxx * fxx * byy) / JJ,
+        internal[p, 2] + ((fxx * fyy + hxy * hyx) * bxy - fyy * hyx * bxx - hxy * fxx * byy) / JJ,
+        internal[p, 3] + (1.0 + internal[p, 3]) * zz,
+        internal[p, 4] + dg,
+        internal[p, 5] + work,
     )
 
 
 @kernel
-def response(mu, yield_stress, hardening, H, y, history, p):
+def response(mu, yield_stress, hardening, H, y, internal, p):
     """W_mu = mu eps : eps of the elastic strain, and what has flowed."""
-    exx, eyy, exy, area, log_area, eps_zz = trial(H, y, history, p)
+    exx, eyy, exy, area, log_area, eps_zz = trial(H, y, internal, p)
     b1, b2, x, log_x, cos2, sin2 = principal(exx, eyy, exy, area)
     common = mu * log_area  # (beta_1 + beta_2) / 2
     difference = 0.5 * mu * log_x  # (beta_1 - beta_2) / 2
@@ -97,8 +97,8 @@ def response(mu, yield_stress, hardening, H, y, history, p):
     ratio = mu * (log_x / x if x > 0.0 else 1.0)  # s b_2
     a11 = a22 = 2.0 * mu  # d beta_i / d eps_j
     a12 = 0.0
-    alpha = history[p, 4]
-    state = (history[p, 0], history[p, 1], history[p, 2], history[p, 3], alpha, history[p, 5])
+    alpha = internal[p, 4]
+    state = (internal[p, 0], internal[p, 1], internal[p, 2], internal[p, 3], alpha, internal[p, 5])
     mean = (log_area + eps_zz) / 3.0
     d1 = 0.5 * log_area + 0.25 * log_x - mean
     d2 = 0.5 * log_area - 0.25 * log_x - mean
@@ -125,7 +125,7 @@ def response(mu, yield_stress, hardening, H, y, history, p):
         bm, bd = 0.5 * (db1 + db2), 0.5 * (db1 - db2)
         change = (bm + bd * cos2, bm - bd * cos2, bd * sin2, math.expm1(-2.0 * lost * d3))
         work = dg * (yield_stress + hardening * (alpha + 0.5 * dg))
-        state = flowed(H, y, history, p, change, dg, work)
+        state = flowed(H, y, internal, p, change, dg, work)
     beta_1, beta_2 = common + difference, common - difference
     c = turned(a11 - 2.0 * beta_1, a22 - 2.0 * beta_2, a12, ratio - beta_2, cos2, sin2)
     tau = (common + difference * cos2, common - difference * cos2, difference * sin2)
