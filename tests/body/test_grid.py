@@ -1,12 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured import rectangle
 
-from cfmpm.body.grid import build_grid
+from cfmpm.body.grid import build_grid, regions_ahead
 
 
 def euler_characteristic(grid):
@@ -92,3 +94,28 @@ def test_opening_a_crack_keeps_area_twins_and_connection(nx, ny, shake, seed, da
     assert (grid.edge_nodes(3 * element + side)[:, [1, 0, 2]] == grid.edge_nodes(twin)).all()
     opened = last - first - (first > 0)
     assert grid.n_corners == (nx + 1) * (ny + 1) + opened
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("degrees", [0.0, 17.0, 130.0, -75.0])
+def test_regions_ahead_are_two_along_their_border_and_else_one(degrees, swapped):
+    """Off it by round-off is along it; by a millionth of a radian it is not."""
+    flat = build_grid(rectangle(6, 4, crack=(2, 0, 3)), "T3")
+    centre = flat.nodes[flat.triangles].mean(axis=1)
+    above = (centre[:, 1] > 0.5).astype(int)
+    turn = np.exp(1j * np.radians(degrees))
+    turned = turn * (flat.nodes @ [1.0, 1.0j])
+    grid = replace(
+        flat,
+        nodes=np.column_stack([turned.real, turned.imag]),
+        regions=1 - above if swapped else above,
+        region_names=("below", "above"),
+    )
+    upper, lower = (0, 1) if swapped else (1, 0)
+    for off, regions in ((0.0, [0, 1]), (1e-13, [0, 1]), (1e-6, [upper]), (-1e-6, [lower])):
+        way = turn * np.exp(1j * off)
+        found = regions_ahead(grid, grid.tips[0], np.array([way.real, way.imag]))
+        assert found == regions, off
+    for off, region in ((0.7, upper), (-0.7, lower), (1.5, upper), (-1.5, lower)):
+        way = turn * np.exp(1j * off)
+        assert regions_ahead(grid, grid.tips[0], np.array([way.real, way.imag])) == [region]

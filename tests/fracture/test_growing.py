@@ -17,6 +17,7 @@ from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats
 from cfmpm.body.points import seed
 from cfmpm.ending import RunEnded
+from cfmpm.fracture import growing
 from cfmpm.fracture.growing import release
 from cfmpm.scene import scene_from_dict
 from cfmpm.state import Stage
@@ -102,6 +103,16 @@ def test_the_worst_of_all_segments_is_kept() -> None:
         at = longer(at, {"crack_end": AHEAD})
         assert at.body.grown.deviation < 1e-9
         assert at.body.grown.quality <= worst
+
+
+def test_elements_at_a_running_tip_follow_the_length_of_its_crack(monkeypatch):
+    """Along its bends, and as it is before the segment is released."""
+    asked = []
+    monkeypatch.setattr(growing, "running_size", lambda scene, length: asked.append(length))
+    body = grow(two_layers(1.0, 3.0, [[0, 2], [2, 2], [3, 3]]), AHEAD, AHEAD)
+    first = 2.0 + np.sqrt(2.0)
+    segment = float(np.hypot(*(body.grid.tips[0].path[1] - body.grid.tips[0].path[2])))
+    assert asked == pytest.approx([first, first + segment], rel=1e-12)
 
 
 def test_a_tip_that_another_has_run_into_runs_no_more() -> None:

@@ -283,6 +283,7 @@ def test_everything_that_a_run_goes_on_from_comes_back(tmp_path: Path, variant: 
     # What follows from the rest is found again.
     stage = replace(written.stage, gradients=None)
     assert set(differences(read.stage, stage, "stage")) <= SOLVED_AGAIN
+    assert list(differences(read.record.decision, stage.decision, "record.decision")) == []
     assert len(read.record.steps) == 5
     kept = ("scene", "full", "origin", "notes", "warnings", "holes")
     for name in kept:
