@@ -88,7 +88,7 @@ def compose(
         triangulation=triangulation,
         grid=grid,
         points=points,
-        domains=domains,
+        particle_domains=domains,
         quadrature=quadrature,
         loading=hold_nodes(loading, floating),
         tip_domains=tuple(choose_domains(grid, tip, radii, growing=growing) for tip in grid.tips),

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from cfmpm.body import particle_domains
 from cfmpm.body.grid import Grid, Triangulation, build_grid
 from cfmpm.body.loads import Loading
 from cfmpm.body.materials import Materials
 from cfmpm.body.motion import Motion
+from cfmpm.body.particle_domains import ParticleDomains, Quadrature, as_points
 from cfmpm.body.points import MOVED_OFF, MaterialPoints, relocate
-from cfmpm.body.tip_domains import Domains
+from cfmpm.body.tip_domains import TipDomain
 from cfmpm.body.volume_patches import Patches
 from cfmpm.elements.record import Element
 
@@ -56,13 +56,13 @@ class Body:
     grid : Grid
     points : MaterialPoints
         The material.
-    domains : particle_domains.ParticleDomains or None
+    particle_domains : ParticleDomains or None
         The polygon of each material point; None while no crack has grown, and where points
         integrate as they are (`growth.transfer: paper`).
-    quadrature : particle_domains.Quadrature or None
+    quadrature : Quadrature or None
         The pieces of those polygons in the triangles.
     loading : Loading
-    tip_domains : tuple of Domains
+    tip_domains : tuple of TipDomain
         One a tip of the grid.
     patches : Patches or None
         Over which the change of volume is averaged; None where triangles do not lock.
@@ -77,10 +77,10 @@ class Body:
     triangulation: Triangulation
     grid: Grid
     points: MaterialPoints
-    domains: particle_domains.ParticleDomains | None
-    quadrature: particle_domains.Quadrature | None
+    particle_domains: ParticleDomains | None
+    quadrature: Quadrature | None
     loading: Loading
-    tip_domains: tuple[Domains, ...]
+    tip_domains: tuple[TipDomain, ...]
     patches: Patches | None
     grown: Grown = NOTHING_GROWN
     empty_elements: int = 0
@@ -92,7 +92,7 @@ class Body:
         """What is summed over: the points themselves, or one row for each quadrature point."""
         if self.quadrature is None:
             return self.points
-        return particle_domains.as_points(self.quadrature)
+        return as_points(self.quadrature)
 
     @property
     def unresolved_tips(self) -> set[str]:

@@ -34,7 +34,7 @@ SHARP = np.radians(20.0)
 
 
 @dataclass(frozen=True)
-class Domains:
+class TipDomain:
     """The radii around one tip.
 
     Attributes
@@ -81,7 +81,7 @@ class Domains:
 
 def choose_domains(
     grid: Grid, tip: CrackTip, wanted: int | Sequence[float], *, growing: bool = False
-) -> Domains:
+) -> TipDomain:
     """Choose the domain radii of a tip.
 
     Parameters
@@ -95,7 +95,7 @@ def choose_domains(
 
     Returns
     -------
-    Domains
+    TipDomain
         Chosen radii end at 20 element sizes of the tip or a quarter of the clearance, whichever
         is larger, but at most at 0.9 of the clearance; they start at half of that. Radii asked
         for are cut back, all by one factor, to 0.9 of the clearance. Around a running tip they
@@ -117,7 +117,7 @@ def choose_domains(
         factor = min(1.0, largest / max(wanted))
         cut_back = factor < 1.0
         radii = tuple(factor * r for r in wanted)
-    return Domains(
+    return TipDomain(
         radii,
         clearance,
         cut_back,

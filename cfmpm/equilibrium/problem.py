@@ -15,7 +15,7 @@ from cfmpm.body.materials import Materials
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.volume_patches import Patches, patch_of
 from cfmpm.equilibrium.contact import CrackFaces
-from cfmpm.kernels import assembly, finite
+from cfmpm.kernels import assembly
 
 
 class Force(Protocol):
@@ -116,14 +116,14 @@ class BoundaryValueProblem:
     @cached_property
     def slots(self) -> Ints:
         """Where the entries of each element go in the stiffness."""
-        slots: Ints = finite.entry_slots(self.grid.elements, self.loading.free, *self.pattern)
+        slots: Ints = assembly.entry_slots(self.grid.elements, self.loading.free, *self.pattern)
         return slots
 
     @cached_property
     def patch_slots(self) -> Ints:
         """Where the entries of each patch go in the stiffness."""
         assert self.patches is not None
-        slots: Ints = finite.entry_slots(self.patches.nodes, self.loading.free, *self.pattern)
+        slots: Ints = assembly.entry_slots(self.patches.nodes, self.loading.free, *self.pattern)
         return slots
 
     @cached_property

@@ -65,7 +65,7 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
     grid = named_grid(mesh, body.grid.element, names)
     changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
-    points, domains, quadrature = body.points, body.domains, body.quadrature
+    points, domains, quadrature = body.points, body.particle_domains, body.quadrature
     # As the paper transfers them, points integrate as they are.
     if scene.growth is None or scene.growth.transfer != "paper":
         if domains is None or quadrature is None:

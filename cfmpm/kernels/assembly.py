@@ -143,6 +143,60 @@ def add_stiffness(block, gradients, p, elastic, m, volume):
 
 
 @kernel
+def find_entry(indptr, indices, row, column):
+    """Find where an entry of a sparse matrix is stored.
+
+    Parameters
+    ----------
+    indptr, indices
+        As from `sparsity`.
+    row, column : int
+        Of an entry that the pattern has.
+
+    Returns
+    -------
+    int
+        Position in the data of the CSR matrix.
+    """
+    low, high = indptr[row], indptr[row + 1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if indices[middle] <= column:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def entry_slots(elements, free, indptr, indices):
+    """Find where the stiffness of each element goes in the matrix.
+
+    Parameters
+    ----------
+    elements, free, indptr, indices
+        As in `sparsity`; fewer than 2^31 entries.
+
+    Returns
+    -------
+    (m, 2k, 2k) int32
+        Position in the data of the CSR matrix; -1 where a degree of freedom is prescribed.
+    """
+    m, k = elements.shape
+    slots = np.full((m, 2 * k, 2 * k), -1, np.int32)
+    for e in range(m):
+        for i in range(2 * k):
+            row = free[elements[e, i // 2], i % 2]
+            if row < 0:
+                continue
+            for j in range(2 * k):
+                column = free[elements[e, j // 2], j % 2]
+                if column >= 0:
+                    slots[e, i, j] = find_entry(indptr, indices, row, column)
+    return slots
+
+
+@kernel
 def stiffness(elements, free, indptr, indices, point_element, gradients, volume, material, elastic):
     """Assemble the stiffness of linear elastic points for the free degrees of freedom.
 

@@ -222,42 +222,6 @@ def internal_force(
 
 
 @kernel
-def entry_slots(elements, free, indptr, indices):
-    """Find where the stiffness of each element goes in the matrix.
-
-    Parameters
-    ----------
-    elements, free, indptr, indices
-        As in `assembly.sparsity`; fewer than 2^31 entries.
-
-    Returns
-    -------
-    (m, 2k, 2k) int32
-        Position in the data of the CSR matrix; -1 where a degree of freedom is prescribed.
-    """
-    m, k = elements.shape
-    slots = np.full((m, 2 * k, 2 * k), -1, np.int32)
-    for e in range(m):
-        for i in range(2 * k):
-            row = free[elements[e, i // 2], i % 2]
-            if row < 0:
-                continue
-            for j in range(2 * k):
-                column = free[elements[e, j // 2], j % 2]
-                if column < 0:
-                    continue
-                low, high = indptr[row], indptr[row + 1]
-                while high - low > 1:
-                    middle = (low + high) // 2
-                    if indices[middle] <= column:
-                        low = middle
-                    else:
-                        high = middle
-                slots[e, i, j] = low
-    return slots
-
-
-@kernel
 def add_stiffness(block, spatial, tau, c, volume):
     """Add one point to the upper triangle of the stiffness of its element.
 
@@ -323,7 +287,7 @@ def stiffness(
     Parameters
     ----------
     slots : (m, 2k, 2k) int
-        From `entry_slots`.
+        From `assembly.entry_slots`.
     n_entries : int
         Entries of the matrix.
     point_element, gradients, volume, material, law, constants, internal, patch

@@ -197,7 +197,7 @@ def coupling(
     Parameters
     ----------
     slots : (n_patches, 2w, 2w) int
-        From `finite.entry_slots` of `patch_nodes`.
+        From `assembly.entry_slots` of `patch_nodes`.
     n_entries : int
     patch_nodes : (n_patches, w) int
         Nodes of each patch, the last one repeated where there are fewer than w.

@@ -55,10 +55,10 @@ class Amg:
     def solve(self, b: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         cycle = self._hierarchy.aspreconditioner(cycle="V")
         x = np.empty_like(b)
-        x[self._order], history = _conjugate_gradients(
+        x[self._order], residuals = _conjugate_gradients(
             self._K, b[self._order], cycle.matvec, tolerance
         )
-        return x, history
+        return x, residuals
 
 
 def _conjugate_gradients(
@@ -70,29 +70,29 @@ def _conjugate_gradients(
     z = precondition(r)
     p = z.copy()
     rz = dot(r, z)
-    history = [1.0]
+    residuals = [1.0]
     noise = 10.0 * np.finfo(float).eps * K.diagonal().max()
     for _ in range(CG_ITERATIONS):
         Kp = K @ p
         curvature = dot(p, Kp)
         if not (curvature > 0.0 and rz > 0.0):
             raise NotPositiveDefiniteError(
-                f"iteration {len(history)} of the conjugate gradients broke down with a curvature "
-                f"of {curvature:.1e} and a preconditioned residual of {rz:.1e}"
+                f"iteration {len(residuals)} of the conjugate gradients broke down with a "
+                f"curvature of {curvature:.1e} and a preconditioned residual of {rz:.1e}"
             )
         step = rz / curvature
         x += step * p
         r -= step * Kp
-        history.append(norm(r) / norm(b))
+        residuals.append(norm(r) / norm(b))
         # No residual can fall below the round-off of K x.
-        if history[-1] <= max(tolerance, noise * norm(x) / norm(b)):
-            return x, tuple(history)
+        if residuals[-1] <= max(tolerance, noise * norm(x) / norm(b)):
+            return x, tuple(residuals)
         z = precondition(r)
         rz, previous = dot(r, z), rz
         p = z + (rz / previous) * p
     raise SolveError(
-        f"conjugate gradients reached a residual of {min(history):.1e} instead of "
+        f"conjugate gradients reached a residual of {min(residuals):.1e} instead of "
         f"{tolerance:.0e} in {CG_ITERATIONS} iterations, the last ones "
-        + ", ".join(f"{value:.1e}" for value in history[-3:])
+        + ", ".join(f"{value:.1e}" for value in residuals[-3:])
         + "; take a direct solver (cholmod, rslab or superlu), which also tells a mechanism"
     )

@@ -21,18 +21,10 @@ class NotPositiveDefiniteError(SolveError):
     ----------
     seen : str
         By what it was told.
-    unknown : int or None
-        The unknown at whose pivot it was seen, counted among the free ones.
-    negative_pivots : int or None
-        How many pivots are negative; None where the solver stops at the first one.
     """
 
-    def __init__(
-        self, seen: str, *, unknown: int | None = None, negative_pivots: int | None = None
-    ) -> None:
+    def __init__(self, seen: str) -> None:
         self.seen = seen
-        self.unknown = unknown
-        self.negative_pivots = negative_pivots
         super().__init__(
             f"the stiffness is not positive definite: {seen}. A part of the body is a mechanism "
             "(no support, or it hangs by a single node), or stiffnesses differ by more than double "
@@ -60,7 +52,7 @@ class Engine(Protocol):
         """Take the values of `K`; raise `NotPositiveDefiniteError` on a bad pivot."""
 
     def solve(self, b: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
-        """Return the solution and, from an iterative solver, the history of its residual.
+        """Return the solution and, from an iterative solver, its residual after each iteration.
 
         Only an iterative solver has a use for the tolerance on the residual relative to b.
         """

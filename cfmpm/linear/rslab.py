@@ -27,9 +27,7 @@ class Rslab:
             raise NotPositiveDefiniteError(str(failure)) from failure
         _, negative, zero = self._factor.inertia
         if negative or zero:
-            raise NotPositiveDefiniteError(
-                f"{negative} pivots are negative and {zero} are zero", negative_pivots=negative
-            )
+            raise NotPositiveDefiniteError(f"{negative} pivots are negative and {zero} are zero")
 
     def solve(self, b: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         return self._factor.solve(b), ()

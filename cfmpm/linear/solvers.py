@@ -49,18 +49,12 @@ class Solution:
     ----------
     x : (n,) float
         The unknowns.
-    residual : float
-        ``|b - K x| / |b|`` in the Euclidean norm; 0 where b is zero.
     iterations : int
         Iterations of the conjugate gradients; 0 for a direct solver.
-    history : tuple of float
-        The residual after each iteration, from the start on.
     """
 
     x: Floats
-    residual: float
     iterations: int = 0
-    history: tuple[float, ...] = ()
 
 
 class Factor:
@@ -123,8 +117,8 @@ class Factor:
                 "a force was computed from an invalid state"
             )
         if self._engine is None or not norm(b) > 0.0:
-            return Solution(np.zeros_like(b), 0.0)
-        x, history = self._engine.solve(b)
+            return Solution(np.zeros_like(b))
+        x, residuals = self._engine.solve(b)
         residual = norm(b - self._K @ x)
         scale = self._K.diagonal().max() * norm(x) + norm(b)
         if not residual <= BACKWARD_ERROR * scale:
@@ -133,7 +127,7 @@ class Factor:
                 f"|K||x| + |b| (allowed {BACKWARD_ERROR:.0e}); is the matrix symmetric?"
             )
         log.debug("%r: residual %.1e", self, residual / norm(b))
-        return Solution(x, float(residual / norm(b)), max(len(history) - 1, 0), history)
+        return Solution(x, max(len(residuals) - 1, 0))
 
     def _take_values(self) -> None:
         """Factor, then look for a zero pivot that round-off has made small and positive."""
@@ -147,7 +141,6 @@ class Factor:
             raise NotPositiveDefiniteError(
                 f"it is singular to round-off (a probe grew to {growth.max():.0e}), "
                 f"most of all at unknown {int(growth.argmax())}",
-                unknown=int(growth.argmax()),
             )
 
 
@@ -268,6 +261,6 @@ def _checked(K: csr_array) -> csr_array:
     if (diagonal <= 0.0).any():
         unknown = first(diagonal <= 0.0)
         raise NotPositiveDefiniteError(
-            f"the diagonal entry of unknown {unknown} is {diagonal[unknown]:.1e}", unknown=unknown
+            f"the diagonal entry of unknown {unknown} is {diagonal[unknown]:.1e}"
         )
     return K

@@ -43,9 +43,7 @@ class SuperLU:
         if negative:
             worst = first(pivots[self._factor.perm_c] < 0.0)
             raise NotPositiveDefiniteError(
-                f"{negative} pivots are negative, such as that of unknown {worst}",
-                unknown=worst,
-                negative_pivots=negative,
+                f"{negative} pivots are negative, such as that of unknown {worst}"
             )
 
     def solve(self, b: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, tuple[float, ...]]:

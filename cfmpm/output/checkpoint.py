@@ -91,7 +91,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **{f"mesh.edges.{i}": pairs for i, pairs in enumerate(mesh.edges.values())},
         **{f"mesh.cracks.{i}": pairs for i, pairs in enumerate(mesh.cracks.values())},
         **_columns("points", body.points),
-        **_columns("domains", body.domains),
+        **_columns("domains", body.particle_domains),
         **_columns("quadrature", body.quadrature),
         **_columns("balance", stage.balance),
         **_columns("balance.points", None if stage.balance is None else stage.balance.points),

@@ -7,7 +7,7 @@ import pytest
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
-from cfmpm.body.tip_domains import Domains, choose_domains, sharp_bend
+from cfmpm.body.tip_domains import TipDomain, choose_domains, sharp_bend
 from cfmpm.errors import SceneError
 
 
@@ -217,7 +217,7 @@ def test_a_bend_by_more_than_twenty_degrees_is_sharp(grid, sign):
 )
 def test_which_domains_tell_a_direction(of, steers):
     """Two elements are needed where it runs at something, and two since its last sharp bend."""
-    assert Domains((1.0,), 4.0, cut_back=False, growing=True, **of).steers == steers
+    assert TipDomain((1.0,), 4.0, cut_back=False, growing=True, **of).steers == steers
 
 
 def test_a_running_tip_on_a_border_is_told(grid):

@@ -16,7 +16,7 @@ from structured import rectangle
 from cfmpm.body.grid import Triangulation, build_grid
 from cfmpm.body.points import seed
 from cfmpm.body.volume_patches import build_patches
-from cfmpm.kernels import assembly, constitutive, finite, patches
+from cfmpm.kernels import assembly, constitutive, patches
 
 
 def scattered(n, seed):
@@ -120,7 +120,7 @@ def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, 
             grid.elements, number, indptr, indices, *shared, plane_matrix(0.0, mu)
         )
         data += patches.coupling(
-            finite.entry_slots(joined.nodes, number, indptr, indices),
+            assembly.entry_slots(joined.nodes, number, indptr, indices),
             len(indices),
             joined.nodes,
             grid.elements,

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import cfmpm
+from cfmpm import mechanics
+from cfmpm.body.points import MaterialPoints
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
@@ -17,7 +19,10 @@ from cfmpm.linear.engine import NotPositiveDefiniteError
 from cfmpm.scene.reading import scene_from_dict
 
 NOTHING = np.zeros((1, 2))
-REST = Equilibrium(NOTHING, NOTHING, NOTHING, 0, 0.0, 0.0, "", 2, 0.0, 0, load_factor=0.0)
+NO_POINTS = MaterialPoints(
+    np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64)
+).at_rest()
+REST = Equilibrium(NO_POINTS, NOTHING, NOTHING, NOTHING, 0, 0.0, 0.0, "", 2, 0, load_factor=0.0)
 
 
 @dataclass
@@ -45,16 +50,16 @@ class Body:
         self.tried: list[float] = []
         self.factored: list[float] = []
 
-    def march(self, problem: Any, history: Any) -> Body:
+    def march(self, problem: Any, internal_variables: Any) -> Body:
         return self
 
-    def state(self, displacement: Any) -> SimpleNamespace:
+    def trial(self, displacement: Any) -> SimpleNamespace:
         return SimpleNamespace(displacement=displacement, internal_force=NOTHING)
 
-    def factor_at(self, state: Any) -> None:
-        self.factored.append(float(state.displacement[0, 0]))
+    def factor_at(self, trial: Any) -> None:
+        self.factored.append(float(trial.displacement[0, 0]))
 
-    def rate(self, state: Any) -> Any:
+    def rate(self, trial: Any) -> Any:
         return np.array([[1.0, 0.0]])
 
     def first_step(self, rate: Any, total: float) -> float:
@@ -63,14 +68,14 @@ class Body:
     def apart(self, displacement: Any) -> Any:
         return displacement
 
-    def balance(self, state: Any, load_factor: float, force_before: Any) -> SimpleNamespace:
-        assert state.displacement[0, 0] == pytest.approx(load_factor)
+    def balance(self, trial: Any, load_factor: float, force_before: Any) -> SimpleNamespace:
+        assert trial.displacement[0, 0] == pytest.approx(load_factor)
         self.tried.append(load_factor)
         # It is factored on the way, and left in that state where it fails.
         self.factored.append(load_factor)
         if not self.limits[0] <= load_factor <= self.limits[1]:
             raise NotPositiveDefiniteError("one pivot is negative")
-        return SimpleNamespace(state=state, residuals=(1.0,) * (self.iterations + 1))
+        return SimpleNamespace(trial=trial, residuals=(1.0,) * (self.iterations + 1))
 
     def check_jump(self, before: Any, after: Any) -> None:
         if np.abs(after.displacement - before.displacement).max() > self.leap:
@@ -79,7 +84,7 @@ class Body:
     def accept(self, last: Equilibrium, before: Any, found: Any, load_factor: float) -> Equilibrium:
         return replace(
             last,
-            displacement=found.state.displacement,
+            displacement=found.trial.displacement,
             load_factor=load_factor,
             substeps=last.substeps + 1,
         )
@@ -164,18 +169,10 @@ def test_the_first_step_strains_a_body_by_a_hundredth(strain: float, part: float
         "mesh": {"element": "T3", "size": 10},
     }
     result = cfmpm.run(scene_from_dict(scene))
-    grid, points = result.grid, result.body.integration
-    problem = newton.Problem(
-        grid,
-        points,
-        grid.basis_gradients(points.element, points.position),
-        np.zeros((len(points), 2, 2)),
-        result.body.materials,
-        result.loading,
-    )
-    march = newton.March(problem, result.balance.history)
-    state = march.state(np.zeros_like(grid.nodes))
-    march.factor_at(state)
-    rate = march.rate(state)
+    problem = mechanics.problem_of(*mechanics.locate(result.body))
+    march = newton.March(problem, result.balance.points.internal_variables)
+    at_rest = march.trial(np.zeros_like(result.grid.nodes))
+    march.factor_at(at_rest)
+    rate = march.rate(at_rest)
     for total in (1.0, -1.0):
         assert march.first_step(rate, total) == pytest.approx(part * total, rel=1e-3)

@@ -91,10 +91,10 @@ class Body:
         points, H = self.points, self.update(u)[0]
         shared = points.element, self.gradients, points.volume, points.material
         shared += self.law, PARAMETERS
-        slots = finite.entry_slots(self.grid.elements, free, indptr, indices)
+        slots = assembly.entry_slots(self.grid.elements, free, indptr, indices)
         data = finite.stiffness(slots, len(indices), *shared, self.internal, H, self.patch)
         if len(self.patch):
-            slots = finite.entry_slots(self.macro, free, indptr, indices)
+            slots = assembly.entry_slots(self.macro, free, indptr, indices)
             data += patches.coupling(
                 slots,
                 len(indices),
@@ -403,7 +403,7 @@ def test_patches_at_small_strain_are_the_limit(element):
     shared = points.element, model.gradients, points.volume, points.material
     data = assembly.stiffness(elements, free, indptr, indices, *shared, without)
     data += patches.coupling(
-        finite.entry_slots(model.macro, free, indptr, indices),
+        assembly.entry_slots(model.macro, free, indptr, indices),
         len(indices),
         model.macro,
         elements,

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 
@@ -128,9 +129,9 @@ def test_solves(name, nx, ny, seed):
         np.testing.assert_allclose(solution.x, exact, atol=1e-10)
         assert solution.iterations == 0
     else:
-        assert solution.residual < 1e-9
+        assert np.linalg.norm(b - K @ solution.x) < 1e-9 * np.linalg.norm(b)
         np.testing.assert_allclose(solution.x, exact, atol=1e-6)
-        assert solution.iterations == len(solution.history) - 1 < 40
+        assert 0 < solution.iterations < 40
 
 
 def test_contrast_of_stiffness(solver):
@@ -177,7 +178,7 @@ def test_indefinite(solver):
     with pytest.raises(NotPositiveDefiniteError, match="stability") as caught:
         solver.factor(bad, modes)
     if solver.name in ("rslab", "superlu"):
-        assert caught.value.negative_pivots == negative
+        assert caught.value.seen.startswith(f"{negative} pivots are negative")
 
 
 def test_an_unstable_part_is_told_where_it_is(solver):
@@ -188,8 +189,9 @@ def test_an_unstable_part_is_told_where_it_is(solver):
     modes = np.insert(modes, [first, first], 1.0, axis=0)
     with pytest.raises(NotPositiveDefiniteError) as caught:
         solver.factor(bad, modes)
-    assert caught.value.unknown in {None, first, first + 1}
-    assert (caught.value.unknown is not None) or solver.name != "superlu"
+    said = re.search(r"unknown (\d+)", caught.value.seen)
+    assert said is None or int(said[1]) in {first, first + 1}
+    assert said is not None or solver.name != "superlu"
 
 
 def test_good_matrix_after_a_bad_one(solver):
@@ -233,8 +235,8 @@ def test_a_mechanism_with_positive_pivots_is_told_by_the_growth_of_a_probe(solve
     for take in (lambda: solver.factor(K, modes), lambda: factor.refactor(K)):
         with pytest.raises(NotPositiveDefiniteError, match=r"a probe grew to 1e\+14") as caught:
             take()
-        assert 10 <= caught.value.unknown < 30
-        assert f"at unknown {caught.value.unknown}." in str(caught.value)
+        said = re.search(r"at unknown (\d+)\.", str(caught.value))
+        assert 10 <= int(said[1]) < 30
 
 
 def test_a_mechanism_is_told_whichever_way_the_probe_moves_it(solver):
@@ -259,9 +261,8 @@ def test_a_soft_body_is_no_mechanism(solver):
 
 def test_zero_and_negative_diagonal(solver):
     for entry in (0.0, -1.0):
-        with pytest.raises(NotPositiveDefiniteError, match="unknown 1") as caught:
+        with pytest.raises(NotPositiveDefiniteError, match=r"unknown 1\b"):
             solver.factor(csr_array(np.diag([1.0, entry, 2.0])), np.ones((3, 3)))
-        assert caught.value.unknown == 1
 
 
 # Indefinite, but an exchange of rows makes all pivots of the L U factor positive.

@@ -85,7 +85,7 @@ def test_the_spatial_form_of_the_paper_is_the_same() -> None:
     force = finite.internal_force(grid.elements, n, points.element, pulled, V0, H, stress)
     free = np.arange(2 * n).reshape(-1, 2)
     indptr, indices = assembly.sparsity(grid.elements, free)
-    slots = finite.entry_slots(grid.elements, free, indptr, indices)
+    slots = assembly.entry_slots(grid.elements, free, indptr, indices)
     data = finite.stiffness(
         slots, len(indices), points.element, pulled, V0, points.material, law, parameters,
         history, H, alone,
