@@ -126,7 +126,7 @@ class History:
         for _, name, parameter in study.parameters():
             if name not in self._history.coords:
                 raise ValueError(f"lacks the coordinate {name}, a parameter of the study")
-            values[parameter.key] = labelled(parameter, self._history[name].item())
+            values |= parameter.replaced(labelled(parameter, self._history[name].item()))
         return values
 
     def path(self) -> dict[str, NDArray[np.float64]]:

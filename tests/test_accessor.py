@@ -209,7 +209,7 @@ def solved(folder: Path, **sections: Any) -> tuple[Plan, xr.Dataset]:
     (folder / "base.yaml").write_text(json.dumps(SCENE))
     (folder / "study.yaml").write_text(json.dumps(study))
     plan = load_study(folder / "study.yaml")
-    found = {one.key: solve(one.key, one.scene) for one in plan.members}
+    found = {one.key: solve(one.job()) for one in plan.members}
     write_dataset(collect(plan, found), folder / "study.nc")
     return plan, xr.load_dataset(folder / "study.nc")
 

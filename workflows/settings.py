@@ -11,7 +11,7 @@ from typing import Any
 
 from cfmpm.scene import load_scene
 from cfmpm.study.model import Study
-
+from cfmpm.study.reading import load_study
 from workflows.configuration.block import Block
 from workflows.configuration.scene_with_grid import scene_with
 from workflows.growth.settings import Growth
@@ -58,15 +58,9 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
     # A study given as --configfile has found its way into it, and has been checked by itself.
     blocks = {key: value for key, value in config.items() if key not in Study.model_fields}
     settings = Settings.model_validate(blocks)
-    paper = settings.section_5_1
-    for meshes in paper.series.values():
-        for mesh in meshes.values():
-            scene_with(paper.scene, mesh, paper.radii)
-    for study in settings.growth.studies().values():
-        for replaced in study.variants.values():
-            load_scene(study.scene, replaced)
-    for replaced in settings.large_strain.variants.values():
-        load_scene(settings.large_strain.scene, replaced)
+    studies = [one.study for one in settings.growth.studies().values()]
+    for path in (settings.section_5_1.study, *studies, settings.large_strain.study):
+        load_study(path)
     for group in settings.stability.groups.values():
         for case in group.cases.values():
             if case.grid is None and case.ends != "refused":

@@ -38,6 +38,10 @@ class Document:
     root: Place
     places: dict[Key, Place] = field(default_factory=dict)
 
+    def place(self, *key: str | int) -> Place:
+        """Where a key stands; of what was never in a file, the whole."""
+        return self.places.get(key, self.root)
+
     def error(self, found: Iterable[tuple[Key, str]]) -> SceneError:
         """The error for all reasons found, in the order in which their keys were written."""
         problems = []

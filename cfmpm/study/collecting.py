@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.ending import RUN_STATUS
+from cfmpm.errors import Problem, SceneError
 from cfmpm.output.provenance import origin
 from cfmpm.output.variables import TIP_STATUS, VARIABLES
 from cfmpm.study import layout
@@ -37,10 +38,16 @@ def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The quantities of a history over the parameters, tips, radii and boundaries, and where
+        The quantities of a history, and what is measured besides, over the parameters, tips, radii
+        and boundaries, and where
         cracks grow or any member has several steps over these, filled up with nan; then with
         the last value of each as ``final_<name>`` besides. Failed members have nan, or the steps
         before they failed.
+
+    Raises
+    ------
+    SceneError
+        Where a measure gives a quantity the name of a parameter.
     """
     found = [outcomes.get(member.key) for member in plan.members]
     growing = any(member.scene.growth is not None for member in plan.members)
@@ -104,6 +111,11 @@ def _stacked(found: Sequence[Outcome | None], labels: Mapping[str, list[str]]) -
     if "step" in sizes:
         steps = np.arange(1, sizes["step"] + 1)
         coords["step"] = ("step", steps, {"long_name": "load or growth step"})
+    for dim in sorted(sizes.keys() - {*layout.DIMENSIONS}):
+        # Of a measure: where it labels a dimension in the same way in all members.
+        named = [one.labels[dim] for _, one in solved if dim in one.labels]
+        if named and all(one == named[0] for one in named):
+            coords[dim] = (dim, np.array(named[0]), {})
     return xr.Dataset(variables, coords)
 
 
@@ -143,6 +155,7 @@ def _of_members(plan: Plan, found: Sequence[Outcome | None]) -> dict[str, Any]:
             ]
         ),
         "run_time": np.array([np.nan if one is None else one.seconds for one in found]),
+        "cpu_time": np.array([np.nan if one is None else one.cpu_seconds for one in found]),
     }
     variables = {}
     for name, (units, long_name) in layout.OF_MEMBERS.items():
@@ -203,6 +216,9 @@ def _unfolded(plan: Plan, data: xr.Dataset) -> xr.Dataset:
         for axis in plan.axes
         for name, labels in axis.labels.items()
     }
+    for name in coords.keys() & variables.keys():
+        reason = f"{plan.study.measure} calls a quantity by the name of a parameter"
+        raise SceneError([Problem(reason, name)])
     coords |= {str(name): data.coords[name] for name in data.dims if name in data.coords}
     return xr.Dataset(variables, coords)
 

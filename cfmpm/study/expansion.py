@@ -75,15 +75,18 @@ def places(axes: tuple[Axis, ...], only: range | None = None) -> Iterator[tuple[
 
 def size(parameter: Parameter) -> int:
     """How many values a parameter takes."""
-    if parameter.values is not None:
-        return len(parameter.values)
+    listed = parameter.values if parameter.variants is None else parameter.variants
+    if listed is not None:
+        return len(listed)
     spaced = parameter.linspace or parameter.geomspace
     assert spaced is not None
     return spaced[2]
 
 
 def values(parameter: Parameter) -> list[Any]:
-    """The values that a parameter takes, plain numbers and text."""
+    """The values that a parameter takes: plain data; of variants, what each replaces."""
+    if parameter.variants is not None:
+        return list(parameter.variants.values())
     if isinstance(parameter.values, Mapping):
         return list(parameter.values.values())
     if parameter.values is not None:
@@ -96,6 +99,8 @@ def values(parameter: Parameter) -> list[Any]:
 
 def labels(parameter: Parameter) -> list[Any]:
     """What the values of a parameter are called: numbers and text by themselves, else as JSON."""
+    if parameter.variants is not None:
+        return list(parameter.variants)
     if isinstance(parameter.values, Mapping):
         return list(parameter.values)
     listed = values(parameter)
@@ -151,21 +156,22 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
         if name in reserved:
             yield place, f"{name} is a name in the dataset of every study; take another"
         names.add(name)
-        key = parse_key(parameter.key)
-        for other, owner in keys.items():
-            if key[: len(other)] == other or other[: len(key)] == key:
-                yield f"{place}.key", f"{parameter.key} is what {owner} sets, or a part of it"
-        keys[key] = name
-        for replaced in study.replace:
-            if parse_key(replaced)[: len(key)] == key:
-                yield (
-                    f"{place}.key",
-                    f"sets {parameter.key}, and {replaced} of replace is lost",
-                )
+        variants = isinstance(parameter, Parameter) and parameter.variants is not None
+        at = f"{place}.variants" if variants else f"{place}.key"
+        own = {parse_key(key): key for key in parameter.sets()}
+        for key, text in own.items():
+            for other, owner in keys.items():
+                if key[: len(other)] == other or other[: len(key)] == key:
+                    yield at, f"{text} is what {owner} sets, or a part of it"
+            for replaced in study.replace:
+                # A variant may take the place of what all others have.
+                if not variants and parse_key(replaced)[: len(key)] == key:
+                    yield at, f"sets {text}, and {replaced} of replace is lost"
+        keys |= dict.fromkeys(own, name)
         if isinstance(parameter, Parameter):
             yield from ((place, reason) for reason in _broken_values(parameter))
     for name, one in study.product.items():
-        if len({_hashable(value) for value in values(one)}) < size(one):
+        if one.variants is None and len({_hashable(value) for value in values(one)}) < size(one):
             yield f"product.{name}", "has a value twice"
     if len(set(lengths.values())) > 1:
         said = ", ".join(f"{name} {length}" for name, length in lengths.items())

@@ -23,6 +23,7 @@ OF_MEMBERS: dict[str, tuple[str, str]] = {
     "solver": ("", "linear solver of the member"),
     "member_key": ("", "hash of the member's effective configuration and of the program"),
     "run_time": ("s", "wall time of the member"),
+    "cpu_time": ("s", "processor time of the member"),
     "fracture_load_factor": (
         "1",
         "load factor at which the first tip reaches g_c: by G_kink, at finite deformation by J "
@@ -49,16 +50,18 @@ RESERVED = {
 }
 
 
-def described(scene: Scene, key: str) -> dict[str, str]:
+def described(scene: Scene, key: str | None) -> dict[str, str]:
     """What the model of a scene says about a key: `key`, and `long_name` and `units` if it does.
 
     Parameters
     ----------
     scene : Scene
         In which the key is given.
-    key : str
-        Dotted.
+    key : str or None
+        Dotted; None for variants, which have keys of their own.
     """
+    if key is None:
+        return {"long_name": "variant of the scene"}
     attributes = {"key": key}
     here: Any = scene
     text = ""

@@ -19,6 +19,7 @@ from cfmpm.scene.quantities import Count, Name, Number
 
 # All are checked before the first is solved, which takes a millisecond and 14 kB each.
 MOST_MEMBERS = 100_000
+KEY = "of the scene, such as mesh.size or loads[0].traction[1]"
 
 
 def _base(value: Any) -> Any:
@@ -43,6 +44,14 @@ def _dotted(value: Any) -> Any:
     return value
 
 
+def _place(value: Any) -> Any:
+    if isinstance(value, str):
+        where, _, function = value.rpartition(":")
+        if where and function.isidentifier():
+            return value
+    raise ValueError("must be file.py:function or package.module:function")
+
+
 def _range(value: Any) -> Any:
     if not isinstance(value, list | tuple) or len(value) != 3:
         raise ValueError("must be first value, last value and how many, such as [0, 10, 5]")
@@ -59,9 +68,9 @@ Range = Annotated[tuple[Number, Number, HowMany], BeforeValidator(_range)]
 
 
 class Parameter(Model):
-    """A key of the scene and the values it takes."""
+    """A key of the scene and the values it takes, or several keys that change together."""
 
-    key: DottedKey = Field(description="of the scene, such as mesh.size or loads[0].traction[1]")
+    key: DottedKey | None = Field(None, description=KEY)
     values: Annotated[
         Any, BeforeValidator(_values, json_schema_input_type=list[Any] | dict[str, Any] | None)
     ] = Field(None, description="one by one: a list, or a mapping that names each of them")
@@ -71,15 +80,33 @@ class Parameter(Model):
     geomspace: Range | None = Field(
         None, description="first, last and how many values with equal ratios"
     )
+    variants: Annotated[dict[str, dict[DottedKey, Any]] | None, Field(min_length=1)] = Field(
+        None,
+        description="in place of a key and its values: by the name of each variant, the values "
+        "that it replaces, by dotted keys",
+    )
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
-        kinds = ("values", "linspace", "geomspace")
+        kinds = ("values", "linspace", "geomspace", "variants")
         if sum(getattr(self, kind) is not None for kind in kinds) != 1:
             raise _refusal("", f"needs one of {', '.join(kinds)}")
+        if (self.key is None) != (self.variants is not None):
+            told = f"is missing: {KEY}" if self.key is None else "variants have keys of their own"
+            raise _refusal("key", told)
         if self.geomspace is not None and self.geomspace[0] * self.geomspace[1] <= 0:
             raise _refusal("geomspace", "equal ratios need two values of the same sign, not zero")
         return self
+
+    def sets(self) -> list[str]:
+        """The dotted keys that it sets, each once."""
+        if self.variants is None:
+            return [str(self.key)]
+        return list(dict.fromkeys(key for one in self.variants.values() for key in one))
+
+    def replaced(self, value: Any) -> dict[str, Any]:
+        """What one of its values puts into the scene, by dotted keys."""
+        return dict(value) if self.variants is not None else {str(self.key): value}
 
 
 class Uncertain(Model):
@@ -92,6 +119,14 @@ class Uncertain(Model):
     arguments: dict[str, Number] = Field(
         {}, description="of the distribution: loc, scale and its shape parameters"
     )
+
+    def sets(self) -> list[str]:
+        """The dotted key that it sets."""
+        return [self.key]
+
+    def replaced(self, value: Any) -> dict[str, Any]:
+        """What a draw puts into the scene, by its dotted key."""
+        return {self.key: value}
 
 
 class LatinHypercube(Model):
@@ -122,6 +157,14 @@ class Study(Model):
     product: dict[Name, Parameter] = Field({}, description="combined with each other")
     zip: dict[Name, Parameter] = Field({}, description="side by side, all of one length")
     latin_hypercube: LatinHypercube | None = Field(None, description="drawn at random")
+    measure: Annotated[str, BeforeValidator(_place)] | None = Field(
+        None,
+        description="further quantities of each member, by a function from its result to an "
+        "xarray.Dataset: file.py:function, relative to the study file, or package.module:function",
+    )
+    repeats: HowMany = Field(
+        1, description="runs of each member, of which the fastest counts for its times"
+    )
     batch: HowMany = Field(
         50, description="members of one job of the workflow; `cfmpm study` has no need of it"
     )

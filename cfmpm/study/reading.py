@@ -23,6 +23,8 @@ from cfmpm.scene.wording import refusals, shown
 from cfmpm.study import expansion
 from cfmpm.study.expansion import SAMPLE, Axis
 from cfmpm.study.layout import RESERVED
+from cfmpm.study.measuring import Measure, find_measure
+from cfmpm.study.member import Job
 from cfmpm.study.model import Study
 from cfmpm.versions import DECIDING, versions
 
@@ -43,13 +45,22 @@ class Member:
         Of each parameter, or its name where it has one.
     scene : Scene
     key : str
-        By which its result is known: equal for equal scenes solved by the same program.
+        By which its result is known: equal for equal scenes solved and measured by the same
+        program.
+    repeats, measure
+        As in `Job`.
     """
 
     index: tuple[int, ...]
     values: Mapping[str, Any]
     scene: Scene
     key: str
+    repeats: int = 1
+    measure: Measure | None = None
+
+    def job(self) -> Job:
+        """What is done for it."""
+        return Job(self.key, self.scene, self.repeats, self.measure)
 
 
 @dataclass(frozen=True)
@@ -92,12 +103,49 @@ def load_study(path: str | os.PathLike[str], only: range | None = None) -> Plan:
         With the problems found: in the study, else in its members, by file, line, member and key.
     """
     path = Path(path)
-    document = read_document(path)
+    return _plan(read_document(path), path.parent, only)
+
+
+def study_from_dict(data: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Plan:
+    """Check a study given as nested dictionaries and lists.
+
+    Parameters
+    ----------
+    data
+        What a study file would hold.
+    folder
+        Where relative paths in it start; default: the working directory.
+
+    Raises
+    ------
+    SceneError
+        With the problems found, each with its key.
+    """
+    return _plan(Document(data, Place("<dict>")), Path(folder), None)
+
+
+def _plan(document: Document, folder: Path, only: range | None) -> Plan:
     study = _study(document)
-    base, folder = _base(document, study, path)
+    base, start = _base(document, study, folder)
+    measure = None
+    if study.measure is not None:
+        try:
+            measure = find_measure(study.measure, folder)
+        except SceneError as error:
+            raise document.error((("measure",), p.reason) for p in error.problems) from None
     axes = expansion.axes(study)
-    members = _members(study, document, base, folder, axes, only)
-    return Plan(study, base.data, os.path.abspath(folder), axes, members)
+    members = _members(study, document, base, start, axes, only)
+    members = tuple(_measured(one, study.repeats, measure) for one in members)
+    return Plan(study, base.data, os.path.abspath(start), axes, members)
+
+
+def _measured(member: Member, repeats: int, measure: Measure | None) -> Member:
+    """The member of a study that measures it, known by a key of its own."""
+    if repeats == 1 and measure is None:
+        return member
+    told = "" if measure is None else f"{measure.function} {measure.source}"
+    key = hashlib.sha256(f"{member.key} {repeats} {told}".encode()).hexdigest()[:32]
+    return replace(member, key=key, repeats=repeats, measure=measure)
 
 
 def _study(document: Document) -> Study:
@@ -120,12 +168,12 @@ def _study(document: Document) -> Study:
     return study
 
 
-def _base(document: Document, study: Study, path: Path) -> tuple[Document, Path]:
+def _base(document: Document, study: Study, folder: Path) -> tuple[Document, Path]:
     """The scene that a study starts from, and where its relative paths start."""
     if not isinstance(study.base, str):
         inside = {key[1:]: place for key, place in document.places.items() if key[0] == "base"}
-        return Document(study.base, document.places["base",], inside), path.parent
-    file = path.parent / study.base
+        return Document(study.base, document.place("base"), inside), folder
+    file = folder / study.base
     try:
         return read_document(file), file.parent
     except SceneError as error:
@@ -140,7 +188,8 @@ def _members(
     axes: tuple[Axis, ...],
     only: range | None,
 ) -> tuple[Member, ...]:
-    keys, written = _written(study, document)
+    written, varied = _written(study, document)
+    parameters = {name: parameter for _, name, parameter in study.parameters()}
     members: list[Member] = []
     first: dict[Problem, tuple[Problem, str]] = {}  # by the problem without its numbers
     many: Counter[Problem] = Counter()
@@ -149,7 +198,8 @@ def _members(
         overrides = dict(study.replace)
         called: dict[str, Any] = {}
         for axis, i in zip(axes, index, strict=True):
-            overrides |= {keys[name]: values[i] for name, values in axis.values.items()}
+            for name, values in axis.values.items():
+                overrides |= parameters[name].replaced(values[i])
             called |= {name: labels[i] for name, labels in axis.labels.items()}
         try:
             scene = scene_from_document(base.overridden(overrides, written), folder)
@@ -163,7 +213,6 @@ def _members(
         else:
             members.append(Member(index, called, scene, _key(scene)))
     if bad:
-        varied = {parse_key(key): written[key] for key in keys.values()}
         problems = []
         for kind, (problem, member) in first.items():
             n = many[kind]
@@ -176,15 +225,15 @@ def _members(
     return tuple(members)
 
 
-def _written(study: Study, document: Document) -> tuple[dict[str, str], dict[str, Place]]:
-    """Key of the scene by parameter, and where the study file says what a key becomes."""
-    written = {key: document.places["replace", key] for key in study.replace}
-    keys = {}
+def _written(study: Study, document: Document) -> tuple[dict[str, Place], dict[Key, Place]]:
+    """Where the study file says what a key becomes: of all, and of the parameters alone."""
+    written = {key: document.place("replace", key) for key in study.replace}
+    varied: dict[Key, Place] = {}
     for section, name, parameter in study.parameters():
-        keys[name] = parameter.key
-        place: Key = (*parse_key(section), name)
-        written[parameter.key] = document.places[place]
-    return keys, written
+        at = document.place(*parse_key(section), name)
+        written |= dict.fromkeys(parameter.sets(), at)
+        varied |= dict.fromkeys(map(parse_key, parameter.sets()), at)
+    return written, varied
 
 
 def label(axes: tuple[Axis, ...], index: tuple[int, ...]) -> str:
@@ -216,7 +265,7 @@ def _placed(
         at = at or Place(file, problem.line, problem.column)
         key_ = f"{called}: {problem.key}" if problem.key else called
         return Problem(problem.reason, key_, file, at.line, at.column)
-    at = at or document.places["base",]
+    at = at or document.place("base")
     return Problem(str(problem), called, file, at.line, at.column)
 
 
@@ -231,7 +280,8 @@ def program_hash() -> str:
     installed = {name: versions().get(name) for name in ("cfmpm", *DECIDING)}
     digest = hashlib.sha256(json.dumps(installed).encode())
     root = Path(__file__).parents[1]
-    # What of a run is stored is decided by the module that runs a member.
-    for path in (*program_files(), Path(__file__).with_name("member.py")):
+    # What of a run is stored is decided by the modules that run and measure a member.
+    stored = (Path(__file__).with_name(name) for name in ("member.py", "measuring.py"))
+    for path in (*program_files(), *stored):
         digest.update(str(path.relative_to(root)).encode() + path.read_bytes())
     return digest.hexdigest()

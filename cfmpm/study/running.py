@@ -12,15 +12,12 @@ from contextlib import closing, contextmanager, suppress
 from multiprocessing.connection import Connection, wait
 
 from cfmpm.errors import SolveError
-from cfmpm.scene import Scene
-from cfmpm.study.member import Outcome, solve
+from cfmpm.study.member import Job, Outcome, solve
 from cfmpm.study.reading import Member
 from cfmpm.study.store import Store
 
 # How many threads libraries take: each reads its own as it is loaded, and none later.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-
-Job = tuple[str, Scene]
 
 
 def run_members(
@@ -49,9 +46,9 @@ def run_members(
     SolveError
         Where no process can be started.
     """
-    jobs = {one.key: one.scene for one in members if one.key not in outcomes}
+    jobs = {one.key: one.job() for one in members if one.key not in outcomes}
     try:
-        with closing(_solved(deque(jobs.items()), workers)) as solved:
+        with closing(_solved(deque(jobs.values()), workers)) as solved:
             for outcome in solved:
                 store.add(outcome)
                 outcomes[outcome.key] = outcome
@@ -97,10 +94,10 @@ def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
                     )
                 # Each member of a process that died has a second chance, in a new process.
                 crew.remove(worker)
-                if job[0] in tried:
-                    yield Outcome(job[0], "failed", worker.cause_of_death(), lasting=False)
+                if job.key in tried:
+                    yield Outcome(job.key, "failed", worker.cause_of_death(), lasting=False)
                 else:
-                    tried.add(job[0])
+                    tried.add(job.key)
                     jobs.append(job)
     finally:
         for worker in crew:
@@ -177,7 +174,7 @@ def _serve(pipe: Connection) -> None:
     with suppress(EOFError, BrokenPipeError):  # the other side is gone
         pipe.send(None)  # has started
         while True:
-            pipe.send(solve(*pipe.recv()))
+            pipe.send(solve(pipe.recv()))
 
 
 @contextmanager

@@ -28,11 +28,11 @@ INTERVAL = 5.0
 # As many parts of one owner are made into one.
 MOST_PARTS = 50
 # Of the layout of a part; parts of another one are not read.
-FORMAT = 2
+FORMAT = 3
 # What reading shows of a file that is no part, or a damaged one.
 _DAMAGE = (BadZipFile, EOFError, ValueError, KeyError)
 # What of an outcome is written as it is.
-_PLAIN = ("status", "reason", "seconds", "lasting", "texts", "labels")
+_PLAIN = ("status", "reason", "seconds", "cpu_seconds", "lasting", "texts", "labels")
 
 log = logging.getLogger(__name__)
 

@@ -75,7 +75,7 @@ def write_study(folder: Path, text: str = STUDY, name: str = "study.yaml") -> Pa
 
 def without_times(path: Path | str) -> xr.Dataset:
     """A dataset of a study without what differs between two runs of it."""
-    dataset = xr.load_dataset(path).drop_vars("run_time")
+    dataset = xr.load_dataset(path).drop_vars(["run_time", "cpu_time"])
     for name in VOLATILE:
         del dataset.attrs[name]
     return dataset

@@ -59,7 +59,7 @@ def solved(name: str, **only: set[float]) -> xr.Dataset:
         for one in plan.members
         if all(one.values[key] in values for key, values in only.items())
     ]
-    return collect(plan, {one.key: solve(one.key, one.scene) for one in members})
+    return collect(plan, {one.key: solve(one.job()) for one in members})
 
 
 @pytest.mark.slow

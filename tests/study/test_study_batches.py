@@ -24,7 +24,7 @@ def run_badly(members, outcomes, store, workers) -> None:
     members = [one for one in members if one.key not in outcomes]
     for number, one in enumerate(members):
         lost = Outcome(one.key, "failed", KILLED, lasting=False)
-        outcomes[one.key] = solve(one.key, one.scene) if number else lost
+        outcomes[one.key] = solve(one.job()) if number else lost
         store.add(outcomes[one.key])
     store.gather()
 

@@ -25,7 +25,7 @@ from cfmpm.study.reading import Plan, load_study
 def solved(folder: Path, text: str) -> tuple[Plan, dict[str, Outcome], xr.Dataset]:
     """A study solved in this process, and its dataset as plain xarray opens it."""
     plan = load_study(write_study(folder, text))
-    outcomes = {one.key: solve(one.key, one.scene) for one in plan.members}
+    outcomes = {one.key: solve(one.job()) for one in plan.members}
     write_dataset(collect(plan, outcomes), folder / "study.nc")
     return plan, outcomes, xr.load_dataset(folder / "study.nc")
 

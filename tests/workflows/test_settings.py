@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import copy
+import json
 
 import growth_data as made_up
 import pytest
 import yaml
 from pydantic import ValidationError
+from ruamel.yaml import YAML
 
 from workflows.growth.settings import GROWN, Growth
 from workflows.large_strain.figures import HENCKY, NEO_HOOKEAN, STRESS
@@ -41,19 +43,38 @@ def refused(config, *words):
     assert all(word in f"{one['loc']}: {one['msg']}" for word in words), one
 
 
+@pytest.fixture
+def without(root, tmp_path):
+    """Put in the place of a study a copy that lacks some values of a parameter."""
+
+    def change(block, parameter, *missing):
+        path = root / block["study"]
+        study = YAML(typ="safe", pure=True).load(path)
+        study["base"] = str(path.parent / study["base"])
+        one = study["product"][parameter]
+        of = one.get("variants") or one["values"]
+        for name in missing:
+            del of[name]
+        changed = tmp_path / path.name
+        changed.write_text(json.dumps(study), encoding="utf-8")
+        return {**block, "study": str(changed)}
+
+    return change
+
+
 @pytest.mark.parametrize(
     ("study", "variant"), [(study, name) for study, names in GROWN.items() for name in names]
 )
-def test_a_growth_variant_that_is_missing(config, study, variant):
-    film = config["growth"][study]["film"]
-    film["variant"] = next(name for name in GROWN[study] if name != variant)
-    del config["growth"][study]["variants"][variant]
+def test_a_growth_variant_that_is_missing(config, without, study, variant):
+    block = config["growth"][study]
+    block["film"]["variant"] = next(name for name in GROWN[study] if name != variant)
+    config["growth"][study] = without(block, "variant", variant)
     refused(config, "growth", f"{study}.variants: figures and claims need {variant}")
 
 
 @pytest.mark.parametrize("variant", PULLED)
-def test_a_large_strain_variant_that_is_missing(config, variant):
-    del config["large_strain"]["variants"][variant]
+def test_a_large_strain_variant_that_is_missing(config, without, variant):
+    config["large_strain"] = without(config["large_strain"], "variant", variant)
     refused(config, "large_strain", f"variants: figures and claims need {variant}")
 
 
@@ -67,23 +88,22 @@ def test_what_is_needed_is_what_figures_and_claims_are_tested_with():
         assert made - sized - {"paper_15_5", "paper_10_4", "paper_10_6"} <= set(names)
 
 
-def test_sizes_of_the_near_miss_are_those_of_the_variants(config):
-    variants = config["growth"]["beam"]["variants"]
-    assert Growth(**config["growth"]).near_miss_sizes() == [12, 8, 5, 3]
-    del variants["second_12"]
+def test_sizes_of_the_near_miss_are_those_of_the_variants(config, without):
+    growth, beam = config["growth"], config["growth"]["beam"]
+    assert Growth(**growth).near_miss_sizes() == [12, 8, 5, 3]
+    growth["beam"] = without(beam, "variant", "second_12")
     refused(config, "growth", "beam.variants: figures and claims need second_12")
-    del variants["first_12"]
-    assert Growth(**config["growth"]).near_miss_sizes() == [8, 5, 3]
-    for size in (8, 5, 3):
-        del variants[f"first_{size}"]
+    growth["beam"] = without(beam, "variant", "first_12", "second_12")
+    assert Growth(**growth).near_miss_sizes() == [8, 5, 3]
+    growth["beam"] = without(beam, "variant", *(f"first_{size}" for size in (12, 8, 5, 3)))
     refused(config, "growth", "beam.variants: figures and claims need first_")
 
 
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("drawn", [384, 500], "series.T3: figures and claims need 500"),
-        ("swept", [384, 500], "series.T3: figures and claims need 500"),
+        ("drawn", [384, 500], "T3: figures and claims need 500"),
+        ("swept", [384, 500], "T3: figures and claims need 500"),
         ("swept", [384], "swept"),
         ("domain_radius", 55.0, "radii: figures and claims need 55.0"),
     ],
@@ -93,9 +113,10 @@ def test_section_5_1_shows_what_it_computes(config, key, value, told):
     refused(config, "section_5_1", told)
 
 
-def test_section_5_1_compares_its_series(config):
-    series = config["section_5_1"]["series"]
-    del series["T6"][790]
-    refused(config, "section_5_1", "series.T6: figures and claims need 790")
-    del series["T6"]
-    refused(config, "section_5_1", "series: figures and claims need T6")
+def test_section_5_1_compares_its_series(config, without):
+    block = config["section_5_1"]
+    config["section_5_1"] = without(block, "grid", "T6_790")
+    refused(config, "section_5_1", "T6: figures and claims need 790")
+    graded = [f"T6_graded_{n}" for n in (600, 1400, 3500, 8000)]
+    config["section_5_1"] = without(block, "grid", *graded)
+    refused(config, "section_5_1", "series: figures and claims need T6_graded")

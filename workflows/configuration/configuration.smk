@@ -52,9 +52,14 @@ REFERENCES = sorted(
 )
 
 
-def modules(job):
-    """The modules of the workflow that a job's script is made of; the script is in jobs/."""
-    return modules_of(Path(str(workflow.current_basedir)) / "jobs" / f"{job}.py", ROOT)
+def modules(job, *measures):
+    """The modules that a job's script in jobs/ and the measures of its studies are made of."""
+    here = Path(str(workflow.current_basedir))
+    paths = [here / f"{name}.py" for name in measures]
+    found = {str(path.relative_to(ROOT)) for path in paths}
+    for path in (here / "jobs" / f"{job}.py", *paths):
+        found |= {*modules_of(path, ROOT)}
+    return sorted(found)
 
 
 def plain(model):

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
 from cfmpm.body.grid import Floats
 from cfmpm.output.variables import TIP_STATUS
-
 from workflows.growth.datasets import energy_released, segment_angles, steps, tip_path
 from workflows.growth.figures import BOTTOM, HOLE, INCH, MIDDLE, distance_to_path, gap_to_hole
 from workflows.reference.path_points import reference

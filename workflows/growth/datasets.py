@@ -2,72 +2,41 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import cfmpm
 import numpy as np
 import xarray as xr
+
 from cfmpm.body.grid import Floats
 from cfmpm.output import analysis
 from cfmpm.output.files import write_dataset
-from cfmpm.output.variables import TIP_STATUS
-from cfmpm.scene import load_scene
+from cfmpm.study.reading import load_study
+from workflows.study.solved import solved, without_failures
 
-# Of the history, what figures and claims are made from.
+# Of the study, what figures and claims are made from.
 KEPT = (
     *("tip_x", "tip_y", "crack_length", "tip_status", "domain_radius"),
     *("cf_angle", "cf_norm", "cf_tip_x", "cf_tip_y", "J", "G", "K_I", "K_II"),
     *("strain_energy", "external_work", "fracture_energy"),
-    *("reaction_y", "displacement_y", "n_points", "empty_elements"),
+    *("reaction_y", "displacement_y", "n_points", "empty_elements", "load_factor", "ending"),
 )
 
 
-def write_growth(
-    scene_file: str, variants: Mapping[str, Mapping[str, Any]], path: str | Path
-) -> None:
+def write_growth(study_file: str, workers: int, path: str | Path) -> None:
     """Let the cracks of a scene grow, in each of its variants.
 
     Parameters
     ----------
-    scene_file : str
-    variants : mapping of str to mapping
-        Values of the scene that a variant replaces, by dotted keys.
+    study_file : str
+        With a parameter ``variant``.
+    workers : int
+        Processes.
     path : Path
-        Of the netCDF file: the histories, as `stack` puts them together.
+        Of the netCDF file: what is `KEPT` of the study, at the largest domain radius.
     """
-    log = logging.getLogger(__name__)
-    histories = {}
-    for name, replaced in variants.items():
-        histories[name] = cfmpm.run(load_scene(scene_file, replaced)).history
-        sizes, ending = histories[name].sizes, histories[name].attrs["ending"]
-        log.info("%s: %d steps, %s", name, sizes["step"], ending)
-    write_dataset(stack(histories), Path(path))
-
-
-def stack(histories: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Put histories along a dimension variant; steps that one of them has not are nan.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        By the name of the variant.
-    """
-    dataset = xr.concat(
-        [
-            history[list(KEPT)].isel(radius=-1, drop=True).reset_coords("load_factor")
-            for history in histories.values()
-        ],
-        xr.Variable("variant", list(histories)),
-        join="outer",
-        combine_attrs="drop_conflicts",
-        fill_value={"tip_status": np.int8(TIP_STATUS.index("stopped"))},
-    )
-    for name in ("ending", "config"):
-        dataset[name] = "variant", [history.attrs[name] for history in histories.values()]
-    return dataset
+    (dataset,) = solved([load_study(study_file)], workers)
+    kept = without_failures(dataset)[list(KEPT)].isel(radius=-1)
+    write_dataset(kept.drop_vars("radius", errors="ignore"), Path(path))
 
 
 def tip_path(dataset: xr.Dataset, variant: str, tip: str | None = None) -> Floats:

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+
 from cfmpm.body.grid import Floats
 from cfmpm.output.files import write_dataset
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLACK, GREY, length_axes, panels
 from cfmpm.scene import load_scene
 from cfmpm.scene.geometry import BodyShape
-from matplotlib.axes import Axes
-
 from workflows.growth.datasets import segment_angles, steps, tip_path
 from workflows.reference.path_points import reference
 

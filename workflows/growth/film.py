@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import cfmpm
 import xarray as xr
+
+import cfmpm
 from cfmpm.output.fields import state_fields
 from cfmpm.output.record import Record
 from cfmpm.plotting import animate_growth

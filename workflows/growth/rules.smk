@@ -5,8 +5,9 @@ GROWN = {study: f"{GROWTH}/{study}.nc" for study in STUDIES}
 
 
 rule growth:
-    # All variants of a study in one process: most take a second or two.
+    # All variants of a study in one job: most take a second or two.
     input:
+        study=study_file,
         scene=scene_of_study,
         compiled=rules.warm_up.output.stamp,
         code=modules("growth"),
@@ -22,8 +23,6 @@ rule growth:
     resources:
         mem_mb=2000,
         runtime=10,
-    params:
-        variants=variants_of_study,
     message:
         "Growing cracks: {wildcards.study}"
     script:

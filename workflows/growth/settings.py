@@ -6,6 +6,7 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
+from workflows.configuration import study_file
 from workflows.configuration.block import Block, require
 
 # Variants that figures and claims speak of by name, by study.
@@ -30,11 +31,22 @@ class Film(Block):
 class GrowthStudy(Block):
     """A scene whose cracks grow, in several variants (paper sections 5.2 to 5.5)."""
 
-    scene: str
+    study: str = Field(description="study file with a parameter variant")
     film: Film
-    variants: dict[str, dict[str, Any]] = Field(
-        min_length=1, description="values of the scene that are replaced, by dotted keys"
-    )
+
+    @property
+    def scene(self) -> str:
+        """The scene file that the study starts from."""
+        return study_file.scene_of(self.study)
+
+    @property
+    def variants(self) -> list[str]:
+        """The names of the variants."""
+        return study_file.labels(self.study, "variant")
+
+    def filmed(self) -> dict[str, Any]:
+        """What the variant of the film replaces in the scene, by dotted keys."""
+        return study_file.replaced(self.study, "variant", self.film.variant)
 
     @model_validator(mode="after")
     def _film_is_a_variant(self) -> Self:

@@ -190,7 +190,7 @@ def write_claims(
     Parameters
     ----------
     large_strain : Path
-        From `large_strain.write_large_strain`.
+        From `datasets.write_large_strain`.
     table, markdown, page : Path
     """
     write_table(decide(xr.load_dataset(large_strain)), "Large strain", table, markdown, page)

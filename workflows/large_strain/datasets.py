@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import csv
-import logging
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cfmpm
 import numpy as np
 import xarray as xr
+
 from cfmpm.body.grid import Floats
 from cfmpm.output.files import write_dataset
-from cfmpm.scene import load_scene
-from cfmpm.scene.model import Scene
 from cfmpm.scene.specimens.single_edge import SingleEdge
+from cfmpm.study.reading import load_study
+from workflows.study.solved import solved, without_failures
 
 FEM = Path(__file__).parents[1] / "reference" / "large_strain_fem.csv"
-# Of the history, what the figure and its claims are made from.
+# Of the study, what the figure and its claims are made from.
 KEPT = (
-    *("J", "cf_norm", "cf_angle", "unstable_points", "negative_pivots", "residual_norm"),
-    *("newton_iterations", "substeps", "n_points", "empty_elements"),
+    *("J", "cf_norm", "cf_angle", "unstable_points", "residual_norm"),
+    *("newton_iterations", "substeps", "n_points", "empty_elements", "load_factor", "ending"),
 )
 # G of the plate of section 5.1 at 10 MPa: `converged` of its configuration [N/mm].
 G_AT_10 = 0.2547822
@@ -50,41 +48,50 @@ class Curve:
     elliptic: np.ndarray[Any, np.dtype[np.bool_]]
 
 
-def write_large_strain(
-    scene_file: str, variants: Mapping[str, Mapping[str, Any]], path: str | Path
-) -> None:
+def write_large_strain(study_file: str, workers: int, path: str | Path) -> None:
     """Pull the plate, in each variant of the scene.
 
     Parameters
     ----------
-    scene_file : str
-        Of a single edge crack with the edges bottom and top loaded.
-    variants : mapping of str to mapping
-        Values of the scene that a variant replaces, by dotted keys.
+    study_file : str
+        Of a single edge crack with the edges bottom and top loaded, with a parameter ``variant``
+        and `ellipticity.load_of_loss` as its measure.
+    workers : int
+        Processes.
     path : Path
         Of the netCDF file: along a dimension variant, nan past the end of a path.
     """
-    log = logging.getLogger(__name__)
-    rows, endings, lost = [], [], []
-    for name, replaced in variants.items():
-        scene = load_scene(scene_file, replaced)
-        result = cfmpm.run(scene)
-        row = _row(scene, result.history)
-        log.info("%s: to %.4f, %s", name, row.elongation[-1], result.history.attrs["ending"])
-        rows.append(row)
-        endings.append(result.history.attrs["ending"])
-        factors, reached = ([0.0, *row[key].values] for key in ("load_factor", "elongation"))
-        lost.append(float(np.interp(result.balance.unstable_from, factors, reached)))
-    dataset = xr.concat(
-        rows, xr.Variable("variant", list(variants)), join="outer", combine_attrs="drop_conflicts"
-    )
-    dataset["ending"] = ("variant", endings)
-    dataset["ellipticity_lost"] = (
-        "variant",
-        lost,
-        {"units": "1", "long_name": "elongation at which the first point is no longer elliptic"},
-    )
+    plan = load_study(study_file)
+    scene = plan.members[0].scene
+    plate = scene.family
+    assert isinstance(plate, SingleEdge)
+    (study,) = solved([plan], workers)
+    study = without_failures(study)
+    dataset = study[list(KEPT)].isel(tip=0, drop=True)
+    moved, force = (study[name] for name in ("displacement_y", "reaction_y"))
+    longer = moved.sel(boundary="top", drop=True) - moved.sel(boundary="bottom", drop=True)
+    dataset["elongation"] = longer / plate.height
+    dataset["elongation"].attrs = {
+        "units": "1",
+        "long_name": "distance of the ends over height, -1",
+    }
+    dataset["nominal_stress"] = force.sel(boundary="top", drop=True) / plate.width
+    dataset["nominal_stress"].attrs = {"units": "MPa", "long_name": "force on the top over width"}
+    lost = [
+        _elongation_at(float(study.unstable_from.sel(variant=name)), dataset.sel(variant=name))
+        for name in dataset.variant.values
+    ]
+    told = "elongation at which the first point is no longer elliptic"
+    dataset["ellipticity_lost"] = ("variant", lost, {"units": "1", "long_name": told})
+    dataset.attrs["plane_modulus"] = scene.material.E / (1.0 - scene.material.nu**2)
     write_dataset(dataset, Path(path))
+
+
+def _elongation_at(load_factor: float, path: xr.Dataset) -> float:
+    """Elongation between the steps of a path."""
+    known = path.elongation.notnull().values
+    factors, reached = ([0.0, *path[name].values[known]] for name in ("load_factor", "elongation"))
+    return float(np.interp(load_factor, factors, reached))
 
 
 def curve(dataset: xr.Dataset, variant: str, quantity: str = "cf_norm") -> Curve:
@@ -130,20 +137,3 @@ def lefm(elongation: Floats, plane_modulus: float) -> Floats:
 def modulus(dataset: xr.Dataset) -> float:
     """E' of plane strain [MPa], of the scene."""
     return float(dataset.attrs["plane_modulus"])
-
-
-def _row(scene: Scene, history: xr.Dataset) -> xr.Dataset:
-    """Reduce a history to its curve."""
-    plate = scene.family
-    assert isinstance(plate, SingleEdge)
-    row = history[list(KEPT)].isel(tip=0, drop=True).reset_coords("load_factor")
-    bottom, top = (
-        history[["displacement_y", "reaction_y"]].sel(boundary=name).reset_coords(drop=True)
-        for name in ("bottom", "top")
-    )
-    row["elongation"] = (top.displacement_y - bottom.displacement_y) / plate.height
-    row["elongation"].attrs = {"units": "1", "long_name": "distance of the ends over height, -1"}
-    row["nominal_stress"] = top.reaction_y / plate.width
-    row["nominal_stress"].attrs = {"units": "MPa", "long_name": "force on the top over width"}
-    row.attrs["plane_modulus"] = scene.material.E / (1.0 - scene.material.nu**2)
-    return row

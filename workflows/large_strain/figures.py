@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+
 from cfmpm.output.files import write_dataset
 from cfmpm.plotting import curves
 from cfmpm.plotting.style import BLACK, panels
-from matplotlib.axes import Axes
-
 from workflows.large_strain.datasets import G_AT_10, Curve, curve, fem, lefm, modulus
 
 # Variants by panel with their labels; FEM on grids of its own: law, element, size at the tip [mm].

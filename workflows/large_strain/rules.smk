@@ -5,9 +5,10 @@ LARGE = "5.1 Large strain"
 
 rule large_strain_data:
     input:
+        study=SETTINGS.large_strain.study,
         scene=SETTINGS.large_strain.scene,
         compiled=rules.warm_up.output.stamp,
-        code=modules("large_strain_data"),
+        code=modules("large_strain_data", "ellipticity"),
     output:
         data="results/paper/large_strain/curves.nc",
     log:
@@ -18,8 +19,6 @@ rule large_strain_data:
     resources:
         mem_mb=2000,
         runtime=10,
-    params:
-        variants=SETTINGS.large_strain.variants,
     message:
         "Fig. 8: the plate pulled, by formulation, law and grid"
     script:

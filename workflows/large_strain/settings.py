@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
+from workflows.configuration import study_file
 from workflows.configuration.block import Block, require
 
 # Variants that the figure and its claims speak of by name.
@@ -19,12 +20,14 @@ PULLED = (
 class LargeStrain(Block):
     """Fig. 8 of the paper: CF against elongation, by formulation, law and grid."""
 
-    scene: str
-    variants: dict[str, dict[str, Any]] = Field(
-        min_length=1, description="values of the scene that are replaced, by dotted keys"
-    )
+    study: str = Field(description="study file with a parameter variant")
+
+    @property
+    def scene(self) -> str:
+        """The scene file that the study starts from."""
+        return study_file.scene_of(self.study)
 
     @model_validator(mode="after")
     def _what_is_shown_is_there(self) -> Self:
-        require("variants", PULLED, self.variants)
+        require("variants", PULLED, study_file.labels(self.study, "variant"))
         return self

@@ -13,8 +13,9 @@
 # ends of a slanted crack. The crosses are where the tips ended.
 
 # %%
-import cfmpm
 import numpy as np
+
+import cfmpm
 
 SCENES = {
     "paper/shear_plate_growth": {"mesh.size": 4},

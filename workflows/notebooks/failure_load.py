@@ -24,8 +24,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
-from cfmpm.plotting.style import BLUE, RC
 from scipy.stats import spearmanr
+
+from cfmpm.plotting.style import BLUE, RC
 
 plt.rcParams.update(RC)
 

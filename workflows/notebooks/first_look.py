@@ -13,9 +13,10 @@
 # scene is the file `shear_plate.yaml`.
 
 # %%
-import cfmpm
 import matplotlib.pyplot as plt
 import numpy as np
+
+import cfmpm
 from cfmpm.output.fields import build_fields
 from cfmpm.plotting import draw_deformed, draw_tip_forces
 from cfmpm.plotting.style import RC

@@ -26,6 +26,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
+
 from cfmpm.plotting.curves import draw_curve, draw_level
 from cfmpm.plotting.style import RC
 

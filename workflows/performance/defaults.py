@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from cfmpm.body.grid import Floats
 
+from cfmpm.body.grid import Floats
 from workflows.performance.pareto import pareto_front
 from workflows.reporting.html_page import html_image, html_page, html_table, write_text
 

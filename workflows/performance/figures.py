@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from cfmpm.plotting.curves import draw_curve, draw_power
-from cfmpm.plotting.style import BLACK, panels
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
+from cfmpm.plotting.curves import draw_curve, draw_power
+from cfmpm.plotting.style import BLACK, panels
 from workflows.performance.pareto import pareto_front
 
 CPU = "CPU time, mesh to values at the tip [s]"

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.sparse import csr_array
+
 from cfmpm import build, mechanics
 from cfmpm.equilibrium import newton, stepping
 from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.linear import solvers
 from cfmpm.output.files import write_dataset
-from scipy.sparse import csr_array
-
 from workflows.configuration.scene_with_grid import scene_with
 
 PARTS = ("points and forces", "stiffness", "factor", "solve")

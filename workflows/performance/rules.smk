@@ -21,7 +21,7 @@ rule work_precision_data:
                 if name is not None
             }
         ),
-        code=modules("work_precision_data"),
+        code=modules("work_precision_data", "timed_run"),
     output:
         data="results/performance/work_precision.nc",
     log:

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+
 from cfmpm.output.files import write_dataset
 from cfmpm.output.provenance import provenance
 from cfmpm.scene import load_scene
-
 from workflows.performance.alone import run_alone
 
 # Smaller runs are governed by fixed costs, which have no exponent.

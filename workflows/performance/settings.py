@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from cfmpm.scene.mesh import Mesh
-from cfmpm.scene.quantities import Length, Positive
 from pydantic import Field, model_validator
 
+from cfmpm.scene.mesh import Mesh
+from cfmpm.scene.quantities import Length, Positive
 from workflows.configuration.block import Block
 
 # Values of a scene by dotted keys, each with all that it takes.
 Axes = Annotated[dict[str, Annotated[list[Any], Field(min_length=1)]], Field(min_length=1)]
-
-
-def combinations(axes: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
-    """All combinations of the values of axes, the last key fastest."""
-    for values in itertools.product(*axes.values()):
-        yield dict(zip(axes, values, strict=True))
 
 
 def each_value(axes: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:

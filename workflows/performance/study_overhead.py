@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+
 from cfmpm import simulation
 from cfmpm.output.files import write_dataset
 from cfmpm.study.reading import load_study

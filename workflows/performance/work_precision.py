@@ -1,43 +1,73 @@
-"""Error against run time: cracks at rest, by cfmpm and scikit-fem, and paths of growing ones."""
+"""Error against run time: cracks at rest, by cfmpm and scikit-fem, and paths of growing ones.
+
+All runs are members of parameter studies, solved one after the other in one warm process.
+"""
 
 from __future__ import annotations
 
-import logging
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
-import cfmpm
 import numpy as np
 import xarray as xr
+from scipy.interpolate import CubicSpline
+from shapely import LineString, distance, points
+
 from cfmpm.body.grid import Floats
-from cfmpm.linear.solvers import available, select
+from cfmpm.linear.solvers import available
 from cfmpm.meshing.sizes import mesh_size, resolved_grading
 from cfmpm.output.files import write_dataset
 from cfmpm.output.provenance import provenance
 from cfmpm.scene import Scene, load_scene
-from scipy.interpolate import CubicSpline
-from scipy.sparse import csr_array
-from shapely import LineString, distance, points
-from skfem import solver_direct_scipy
-
-from workflows.performance.settings import combinations
-from workflows.reference import plate_fem
+from cfmpm.study.reading import Plan, study_from_dict
+from workflows.performance.timed_run import PHASES
 from workflows.reference.path_points import reference as path_points
+from workflows.study.solved import solved, without_failures
 
 QUANTITIES = ("G", "J", "K_I", "K_II")
-PHASES = ("mesh", "solve", "post")
 # What a run is part of; all else that is told of it before it is run are values on axes.
 OF_RUNS = ("problem", "part", "series")
 # Leave to the program what grid and domains, and how a crack grows.
 DEFAULT: dict[str, Any] = {"mesh": {}, "fracture": {}}
 DEFAULT_GROWTH = DEFAULT | {"growth": {}}
-log = logging.getLogger(__name__)
 
 Row = dict[str, Any]
-Task = Callable[[int], list[Row]]
+Axes = Mapping[str, Sequence[Any]]
+# From a member of a study, its scene and what is known of it, to what is told of it.
+Told = Callable[[Scene, xr.Dataset], list[Row]]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A study of runs of one problem.
+
+    Attributes
+    ----------
+    about : mapping
+        What the runs are part of.
+    keys : list of str
+        Of the scene, whose values are told of each run by their last words.
+    plan : Plan
+    told : callable
+        From the scene and the values of a member to the rows of the dataset.
+    """
+
+    about: Row
+    keys: list[str]
+    plan: Plan
+    told: Told
+
+    def rows(self, dataset: xr.Dataset) -> Iterator[Row]:
+        """What the study has found, a run each."""
+        for member in self.plan.members:
+            place = zip(self.plan.axes, member.index, strict=True)
+            one = dataset.isel({axis.name: i for axis, i in place})
+            values = {key.split(".")[-1]: _at(member.scene, key) for key in self.keys}
+            for row in self.told(member.scene, one):
+                yield self.about | values | _settled(member.scene) | row
 
 
 def measure(
@@ -61,20 +91,20 @@ def measure(
     stationary, paths : mapping
         By name, what `settings.StationaryProblem` and `settings.PathProblem` hold.
     """
-    tasks: list[tuple[Row, Task]] = []  # all scenes are read before the first runs
+    sweeps: list[Sweep] = []  # all scenes are read before the first runs
     for name, problem in stationary.items():
-        tasks += [({"problem": name} | about, task) for about, task in _stationary(**problem)]
+        sweeps += _stationary({"problem": name}, repeats, **problem)
     for name, problem in paths.items():
-        tasks += [({"problem": name} | about, task) for about, task in _paths(**problem)]
+        sweeps += _paths({"problem": name}, repeats, **problem)
+    datasets = solved([sweep.plan for sweep in sweeps])
     rows: list[Row] = []
-    for about, task in tasks:
-        rows += [about | row for row in task(repeats)]
-        log.info("%s: %.2f s", about, rows[-1]["cpu"])
+    for sweep, dataset in zip(sweeps, datasets, strict=True):
+        rows += sweep.rows(without_failures(dataset))
     told = provenance(load_scene(next(iter(stationary.values()))["scene"]))
     attributes = {key: told[key] for key in ("Conventions", "source", "references", "versions")}
     attributes["title"] = "Error against run time"
-    named = dict.fromkeys(key for about, _ in tasks for key in about)
-    attributes["axes"] = " ".join(["formulation", *(key for key in named if key not in OF_RUNS)])
+    keys = dict.fromkeys(key.split(".")[-1] for sweep in sweeps for key in sweep.keys)
+    attributes["axes"] = " ".join(["formulation", *keys])
     grown = (key for problem in paths.values() for one in problem["axes"] for key in one)
     ways = dict.fromkeys(key.split(".")[-1] for key in grown if key.startswith("growth."))
     attributes["ways"] = " ".join(ways)
@@ -82,140 +112,159 @@ def measure(
 
 
 def _stationary(
+    about: Row,
+    repeats: int,
     scene: str,
     exact: Mapping[str, float],
     solvers: Sequence[str],
-    solved: Mapping[str, Mapping[str, Any]],
-    axes: Sequence[Mapping[str, Any]],
+    solved: Mapping[str, Axes],
+    axes: Sequence[Axes],
     radii: Sequence[float],
     replaced: Mapping[str, Any],
-) -> Iterator[tuple[Row, Task]]:
+) -> Iterator[Sweep]:
     """The runs of a stationary crack, and what each is part of."""
-    read = partial(_read, scene, _beside_the_grid([*solved.values(), *axes]))
+    keys = _beside_the_grid([*solved.values(), *axes])
+    study = partial(_study, scene, repeats)
+    at_rest = partial(_at_rest, exact=exact)
+    largest = {**replaced, "fracture": {}}
+    small = load_scene(scene, dict(replaced)).kinematics != "finite"
     for series, grids in solved.items():
-        for grid in combinations(grids):
-            here = {**replaced, **grid}
-            told, scenarios = {}, []
-            for solver in filter(available, solvers):
-                told, scenario = read({**here, "fracture": {}, "solver": solver})
-                scenarios.append(scenario)
-            about = {"part": "solvers", "series": series, **told}
-            yield about, partial(_compare, scenarios, exact)
-        told, finest = read({**here, "fracture.radii": list(radii)})
-        yield {"part": "radius", "series": series, **told}, partial(_solve, finest, exact)
+        part = about | {"part": "solvers", "series": series}
+        installed = {"solver": [one for one in solvers if available(one)]}
+        yield Sweep(part, keys, study(largest, {**grids, **installed}), at_rest)
+        if small:
+            plan = study({**largest, "solver": "superlu"}, grids, "phases_and_fem")
+            yield Sweep(part, keys, plan, partial(_by_fem, exact=exact))
+        part = about | {"part": "radius", "series": series}
+        yield Sweep(part, keys, study({**replaced, "fracture.radii": list(radii)}, grids), at_rest)
     for one in axes:
-        for values in combinations(one):
-            told, scenario = read({**replaced, **values, "fracture": {}})
-            yield {"part": "grading", **told}, partial(_solve, scenario, exact)
-    told, scenario = read({**replaced, **DEFAULT})
-    yield {"part": "default", **told}, partial(_solve, scenario, exact)
+        yield Sweep(about | {"part": "grading"}, keys, study(largest, one), at_rest)
+    yield Sweep(about | {"part": "default"}, keys, study({**replaced, **DEFAULT}, {}), at_rest)
 
 
 def _paths(
+    about: Row,
+    repeats: int,
     scene: str,
     reference: str,
-    axes: Sequence[Mapping[str, Any]],
+    axes: Sequence[Axes],
     replaced: Mapping[str, Any],
     tip: str | None,
     release: str | None,
-) -> Iterator[tuple[Row, Task]]:
+) -> Iterator[Sweep]:
     """The runs of a growing crack."""
-    read = partial(_read, scene, _beside_the_grid(axes))
-    known = path_points(reference)
-    grow = partial(_grow, known=known, tip=tip, release=release and path_points(release))
+    keys = _beside_the_grid(axes)
+    study = partial(_study, scene, repeats)
+    grown = partial(
+        _grown,
+        known=path_points(reference),
+        tip=tip,
+        release=None if release is None else path_points(release),
+    )
     for one in axes:
-        for values in combinations(one):
-            told, scenario = read({**replaced, **values})
-            yield {"part": "path", **told}, partial(grow, scenario)
-    told, scenario = read({**replaced, **DEFAULT_GROWTH})
-    yield {"part": "default", **told}, partial(grow, scenario)
+        yield Sweep(about | {"part": "path"}, keys, study(replaced, one), grown)
+    plan = study({**replaced, **DEFAULT_GROWTH}, {})
+    yield Sweep(about | {"part": "default"}, keys, plan, grown)
 
 
-def _beside_the_grid(axes: Iterable[Mapping[str, Any]]) -> list[str]:
+def _study(
+    scene: str, repeats: int, replaced: Mapping[str, Any], axes: Axes, measure: str = "phases"
+) -> Plan:
+    """The study of all combinations on some axes; of the scene as it is where there are none."""
+    product: dict[str, Any] = {
+        f"axis_{i}": {"key": key, "values": list(values)}
+        for i, (key, values) in enumerate(axes.items())
+    }
+    return study_from_dict(
+        {
+            "name": "runs",
+            "base": str(Path(scene).absolute()),
+            "replace": {key: value for key, value in replaced.items() if key not in axes},
+            "product": product or {"scene": {"variants": {"as_is": {}}}},
+            "measure": f"workflows.performance.timed_run:{measure}",
+            "repeats": repeats,
+        }
+    )
+
+
+def _beside_the_grid(axes: Iterable[Axes]) -> list[str]:
     """The keys on which a problem has axes, but for those that `_settled` tells in its words."""
     keys = dict.fromkeys(key for one in axes for key in one)
     return [key for key in keys if key.split(".")[0] not in ("mesh", "formulation", "updated")]
 
 
-def _read(scene: str, keys: Sequence[str], replaced: Mapping[str, Any]) -> tuple[Row, Scene]:
-    """A scene with values replaced, and what then stands at the keys, by their last words."""
-    scenario = load_scene(scene, replaced)
-    return {key.split(".")[-1]: reduce(getattr, key.split("."), scenario) for key in keys}, scenario
+def _at(scene: Scene, key: str) -> Any:
+    """What stands at a key."""
+    return reduce(getattr, key.split("."), scene)
 
 
-def _compare(scenarios: Sequence[Scene], exact: Mapping[str, float], repeats: int) -> list[Row]:
-    """One grid by all solvers, and by scikit-fem where strain is small."""
-    rows = []
-    for scenario in scenarios:
-        result, found = _run(scenario, exact, repeats)
-        rows += found
-    if scenario.kinematics == "finite":
-        return rows
-    mesh = min(row["seconds"][0] for row in rows)
-    for solver, solve in _fem_solvers().items():
-        row = _solve_by_fem(result, exact, solve, repeats)
-        # The grid is taken over as it is: it costs what it costs.
-        row["seconds"][0] = mesh
-        row["cpu"] += mesh
-        rows.append(row | {"program": "scikit-fem", "solver": solver})
-    return rows
-
-
-def _solve(scenario: Scene, exact: Mapping[str, float], repeats: int) -> list[Row]:
-    return _run(scenario, exact, repeats)[1]
-
-
-def _run(
-    scenario: Scene, exact: Mapping[str, float], repeats: int
-) -> tuple[cfmpm.Result, list[Row]]:
-    """Run a scene, and compare each domain radius that was asked for; else the largest alone."""
-    cpu, runs = [], []
-    for _ in range(repeats):
-        start = time.process_time()
-        result = cfmpm.run(scenario)
-        cpu.append(time.process_time() - start)
-        runs.append(_phases(result.history))
-    step = result.history.isel(step=-1, tip=0)
-    shared = {
-        "cpu": min(cpu),
-        "seconds": np.min(runs, axis=0),
-        "n_unknowns": int(step.n_unknowns),
-        "program": "cfmpm",
-        "solver": result.history.attrs["solver"],
-        **_settled(scenario),
-    }
-    chosen = [-1] if isinstance(scenario.fracture.radii, int) else range(step.sizes["radius"])
-    # A state on the way to the load is no answer.
-    names = QUANTITIES if step.load_factor >= 1.0 else ()
-    rows = []
-    for i in chosen:
-        found = {name: float(step[f"{name}_radius"][i]) for name in names}
-        radius = float(step.domain_radius[i])
-        rows.append(shared | {"error": _errors(found, exact), "radius": radius})
-    return result, rows
-
-
-def _settled(scenario: Scene) -> Row:
+def _settled(scene: Scene) -> Row:
     """Formulation, and the numbers of the grid [mm], which a default leaves to the program."""
-    grading = resolved_grading(scenario)
-    size = mesh_size(scenario)
-    formulation, how = scenario.formulation, scenario.updated
+    grading = resolved_grading(scene)
+    size = mesh_size(scene)
+    formulation, how = scene.formulation, scene.updated
     if formulation == "updated":
         formulation = f"{formulation}, {how.grid} grid, by {how.integration}"
     return {
         "formulation": formulation,
-        "element": scenario.mesh.element,
+        "element": scene.mesh.element,
         "size": size,
         "tip_size": grading.tip_size if grading else size,
         "growth": grading.growth if grading else np.nan,
     }
 
 
-def _phases(history: xr.Dataset) -> list[float]:
-    """Wall time of a run by `PHASES` [s]."""
-    of_phase = history.wall_time.sum("step")
-    mesh, post = float(of_phase.sel(phase="grid")), float(of_phase.sel(phase="fracture"))
-    return [mesh, float(of_phase.sum()) - mesh - post, post]
+def _steps(one: xr.Dataset) -> xr.Dataset:
+    """The steps that a member has, along step."""
+    if "step" not in one.dims:
+        return one.expand_dims("step")
+    return one.isel(step=np.flatnonzero(one.load_factor.notnull()))
+
+
+def _timed(one: xr.Dataset, n_unknowns: float) -> Row:
+    """What is told of every run by cfmpm."""
+    return {
+        "cpu": float(one.cpu_time),
+        "seconds": one.seconds.values,
+        "n_unknowns": int(n_unknowns),
+        "program": "cfmpm",
+        "solver": str(one.solver.item()),
+    }
+
+
+def _at_rest(scene: Scene, one: xr.Dataset, exact: Mapping[str, float]) -> list[Row]:
+    """A stationary crack at each domain radius that was asked for; else at the largest alone."""
+    last = _steps(one).isel(step=-1, tip=0)
+    chosen = [-1] if isinstance(scene.fracture.radii, int) else range(last.sizes["radius"])
+    # A state on the way to the load is no answer.
+    names = QUANTITIES if last.load_factor >= 1.0 else ()
+    rows = []
+    for i in chosen:
+        found = {name: float(last[f"{name}_radius"][i]) for name in names}
+        told = {"error": _errors(found, exact), "radius": float(last.domain_radius[i])}
+        rows.append(_timed(one, last.n_unknowns) | told)
+    return rows
+
+
+def _by_fem(scene: Scene, one: xr.Dataset, exact: Mapping[str, float]) -> list[Row]:
+    """The same grid by scikit-fem."""
+    radius = float(_steps(one).domain_radius.isel(step=-1, tip=0, radius=-1))
+    rows = []
+    for solver in one.fem_solver.values:
+        fem = one.sel(fem_solver=solver)
+        found = {name: float(fem[f"fem_{name}"]) for name in QUANTITIES}
+        rows.append(
+            {
+                "cpu": float(fem.fem_cpu),
+                "seconds": fem.fem_seconds.values,
+                "n_unknowns": int(fem.fem_n_unknowns),
+                "program": "scikit-fem",
+                "solver": str(solver),
+                "error": _errors(found, exact),
+                "radius": radius,
+            }
+        )
+    return rows
 
 
 def _errors(found: Mapping[str, float], exact: Mapping[str, float]) -> list[float]:
@@ -226,72 +275,15 @@ def _errors(found: Mapping[str, float], exact: Mapping[str, float]) -> list[floa
     ]
 
 
-def _fem_solvers() -> dict[str, Callable[[Any, Floats], Floats]]:
-    """scikit-fem's own choice, and the fastest solver of cfmpm for a fair comparison."""
-    found: dict[str, Callable[[Any, Floats], Floats]] = {"its default": solver_direct_scipy()}
-    if available("cholmod"):
-        found["cholmod"] = lambda K, b: select(len(b), "cholmod").factor(csr_array(K)).solve(b).x
-    return found
-
-
-def _solve_by_fem(
-    result: cfmpm.Result,
-    exact: Mapping[str, float],
-    solve: Callable[[Any, Floats], Floats],
-    repeats: int,
-) -> Row:
-    """Run scikit-fem on the grid of a result."""
-    grid, scene = result.grid, result.scene
-    tip = grid.nodes[grid.tips[0].node]
-    radius = float(result.history.domain_radius[0, 0, -1])
-    plate = plate_fem.plate_of(scene, grid)
-    cpu, runs = [], []
-    for _ in range(repeats):
-        begun, start = time.process_time(), time.perf_counter()
-        system = plate_fem.assemble(plate, degree=grid.element.order)
-        solution = plate_fem.solve(system, solve)
-        solved = time.perf_counter()
-        found = {"J": plate_fem.j_integral(solution, tip, radius)}
-        found["K_I"], found["K_II"] = plate_fem.intensity_factors(solution, tip, radius)
-        runs.append([0.0, solved - start, time.perf_counter() - solved])
-        cpu.append(time.process_time() - begun)
-    found["G"] = plate.release_rate(found["K_I"], found["K_II"])
-    return {
-        "cpu": min(cpu),
-        "seconds": np.min(runs, axis=0),
-        "n_unknowns": len(solution.displacement) - len(system.held),
-        "error": _errors(found, exact),
-        "radius": radius,
-        **_settled(scene),
-    }
-
-
-def _grow(
-    scenario: Scene,
-    repeats: int,
-    *,
-    known: Floats,
-    tip: str | None,
-    release: Floats | None,
+def _grown(
+    scene: Scene, one: xr.Dataset, *, known: Floats, tip: str | None, release: Floats | None
 ) -> list[Row]:
     """A path, how far it is from known points of it, and how far off G is along it."""
-    cpu, runs = [], []
-    for _ in range(repeats):
-        start = time.process_time()
-        history = cfmpm.run(scenario).history
-        cpu.append(time.process_time() - start)
-        runs.append(_phases(history))
-    of_tip = history.isel(tip=0) if tip is None else history.sel(tip=tip)
+    steps = _steps(one)
+    of_tip = steps.isel(tip=0) if tip is None else steps.sel(tip=tip)
     path = LineString(np.column_stack([of_tip.tip_x, of_tip.tip_y]))
-    row = {
-        "cpu": min(cpu),
-        "seconds": np.min(runs, axis=0),
-        "n_unknowns": int(history.n_unknowns[0]),
-        "program": "cfmpm",
-        "solver": history.attrs["solver"],
-        "distance": float(distance(path, points(known)).max()),
-        **_settled(scenario),
-    }
+    row = _timed(one, steps.n_unknowns[0])
+    row["distance"] = float(distance(path, points(known)).max())
     if release is not None:
         G = CubicSpline(*release.T, extrapolate=False)(of_tip.tip_x)
         row["error"] = [float(np.nanmax(np.abs(of_tip.G / G - 1.0))), *[np.nan] * 3]

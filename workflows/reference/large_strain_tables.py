@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+
 from cfmpm.body.grid import build_grid
 from cfmpm.meshing import triangulate
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
-
 from workflows.reference import total_lagrangian as fem
 from workflows.reference.total_lagrangian import Floats, Ints
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+
 from cfmpm.body.grid import Floats
 
 FOLDER = Path(__file__).parent

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from cfmpm.body.grid import Floats, Grid, Ints
-from cfmpm.scene import Scene
 from skfem import (
     Basis,
     ElementTriP1,
@@ -26,6 +24,9 @@ from skfem import (
 )
 from skfem.helpers import ddot, eye, grad, mul, trace, transpose
 from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.scene import Scene
 
 
 @dataclass(frozen=True)

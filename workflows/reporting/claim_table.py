@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from cfmpm.output.files import written_aside
-
 from workflows.reporting.html_page import html_page, html_table, write_text
 
 # Of the table to be read; the CSV file has all fields.

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
 from cfmpm.scene import load_scene
 from cfmpm.scene.specimens.single_edge import SingleEdge
-
 from workflows.reporting.claim_table import Claim, write_table
 
 # Two computations are the same where they differ by round-off only.
@@ -26,7 +26,7 @@ class Evidence:
     Attributes
     ----------
     T3, T6, graded : xarray.Dataset
-        By MPM and FEM, from `datasets.write_series`.
+        By MPM and FEM, from `datasets.write_datasets`.
     radius : float
         Of the domain.
     converged : float
@@ -272,7 +272,7 @@ def write_claims(
     Parameters
     ----------
     series : mapping of str to Path
-        T3, T6 and T6_graded, from `datasets.write_series`.
+        T3, T6 and T6_graded, from `datasets.write_datasets`.
     scene_file : str
     radius, converged, swept
         As in `Evidence`.

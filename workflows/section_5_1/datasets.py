@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import cfmpm
 import numpy as np
 import xarray as xr
-from cfmpm.body.grid import Floats
+
 from cfmpm.output.files import write_dataset
-from cfmpm.scene import effective_config
 from cfmpm.scene.model import Scene
 from cfmpm.scene.specimens.single_edge import SingleEdge
-from scipy.sparse.linalg import spsolve
+from cfmpm.study.reading import Plan, load_study, study_from_dict
+from workflows.section_5_1.fem_beside import FORCE, angle
+from workflows.study.solved import solved, without_failures
 
-from workflows.configuration.scene_with_grid import scene_with
-from workflows.reference import plate_fem
-
-FORCE = "N mm-1"
 # Name: units, long name.
 VARIABLES = {
     "cf_norm": (FORCE, "norm of the configurational force on a domain (paper eq 27)"),
@@ -51,131 +45,88 @@ def handbook_energy_release_rate(scene: Scene) -> float:
     return float(k_1**2 * (1.0 - scene.material.nu**2) / scene.material.E)
 
 
-def write_series(
-    scene_file: str,
-    meshes: Mapping[int, Mapping[str, Any]],
-    radii: Sequence[float],
-    path: str | Path,
+def write_datasets(
+    study_file: str,
+    drawn: Sequence[int],
+    workers: int,
+    series: Mapping[str, str | Path],
+    grids: str | Path,
 ) -> None:
     """Solve one scene on several grids, by cfmpm and by FEM on the same grids.
 
     Parameters
     ----------
-    scene_file : str
-    meshes : mapping
-        By the number of triangles in the paper.
-    radii : sequence of float
-        Domain radii [mm].
-    path : Path
-        Of the netCDF file: dimensions scheme, grid, radius.
+    study_file : str
+        As in `settings.Section51`.
+    drawn : sequence of int
+        Grids of T3 that are kept with the configurational force of their nodes, for pictures.
+    workers : int
+        Processes.
+    series : mapping of str to Path
+        netCDF files by series: dimensions scheme, grid, radius.
+    grids : Path
+        netCDF file: dimensions grid, node, face; unused places hold nan and -1.
     """
-    log = logging.getLogger(__name__)
-    rows, scenes = [], []
-    for wanted, mesh in meshes.items():
-        scene = scene_with(scene_file, mesh, list(radii))
-        result = cfmpm.run(scene)
-        log.info("%s: %d triangles", mesh, len(result.grid.elements))
-        rows.append(_compare(result, wanted))
-        scenes.append(scene)
-    dataset = xr.concat(rows, "grid", combine_attrs="drop_conflicts")
-    dataset.grid.attrs["long_name"] = "triangles of the paper's grid, to which this one is nearest"
-    for name, (units, long_name) in VARIABLES.items():
-        dataset[name].attrs = {"units": units, "long_name": long_name}
-    dataset.attrs["configs"] = json.dumps([effective_config(scene) for scene in scenes])
-    dataset.attrs["handbook"] = handbook_energy_release_rate(scenes[0])
-    dataset.attrs["title"] = "Single edge crack, cfmpm and FEM on the same grids"
-    write_dataset(dataset, Path(path))
-
-
-def write_grids(scene_file: str, meshes: Mapping[int, Mapping[str, Any]], path: str | Path) -> None:
-    """Keep grids and the configurational force of their nodes, for pictures.
-
-    Parameters
-    ----------
-    scene_file : str
-    meshes : mapping
-        By the number of triangles in the paper; T3.
-    path : Path
-        Of the netCDF file: dimensions grid, node, face; unused places hold nan and -1.
-    """
-    rows = []
-    for wanted, mesh in meshes.items():
-        result = cfmpm.run(scene_with(scene_file, mesh))
-        nodes, force = result.grid.nodes, result.configurational_force
-        row = xr.Dataset(
-            {
-                "node_x": ("node", nodes[:, 0], {"units": "mm"}),
-                "node_y": ("node", nodes[:, 1], {"units": "mm"}),
-                "cf_x": ("node", force[:, 0], {"units": FORCE}),
-                "cf_y": ("node", force[:, 1], {"units": FORCE}),
-                "triangle": (("face", "corner"), result.grid.triangles.astype(np.int32)),
-                "tip_node": result.grid.tips[0].node,
-            },
-            coords={
-                "grid": wanted,
-                "node": np.arange(len(nodes)),
-                "face": np.arange(len(result.grid.elements)),
-            },
-            attrs=result.history.attrs,
-        )
-        rows.append(row)
-    dataset = xr.concat(
-        rows,
-        "grid",
-        join="outer",
-        combine_attrs="drop_conflicts",
-        fill_value={"triangle": np.int32(-1)},
+    plan = load_study(study_file)
+    study, of_nodes = solved([plan, _of_grids(plan, drawn)], workers)
+    handbook = handbook_energy_release_rate(plan.members[0].scene)
+    for name, path in series.items():
+        dataset = _of_series(without_failures(study), name).assign_attrs(handbook=handbook)
+        dataset.attrs["title"] = "Single edge crack, cfmpm and FEM on the same grids"
+        write_dataset(dataset, Path(path))
+    of_nodes = without_failures(of_nodes)
+    kept = of_nodes[["node_x", "node_y", "tip_node"]].assign(
+        cf_x=of_nodes.cf_node_x,
+        cf_y=of_nodes.cf_node_y,
+        triangle=of_nodes.triangle.fillna(-1).astype(np.int32),
     )
-    write_dataset(dataset, Path(path))
+    kept["tip_node"] = kept.tip_node.astype(int)
+    write_dataset(_numbered(kept), Path(grids))
 
 
-def _compare(result: cfmpm.Result, wanted: int) -> xr.Dataset:
-    """One grid: what cfmpm has found, and what FEM finds."""
-    grid = result.grid
-    history = result.history.isel(step=0, tip=0)
-    tip = grid.nodes[grid.tips[0].node]
-    radii = history.domain_radius.values
-    plate = plate_fem.plate_of(result.scene, grid)
-    system = plate_fem.assemble(plate, degree=grid.element.order)
-    fem = plate_fem.solve(system, spsolve)
-    place, force = plate_fem.nodal_force(fem)
-
-    # Supports differ, and with them the rigid rotation, which moves CF at loaded nodes only.
-    corners = np.hypot(*(plate.nodes - tip).T) <= radii.max()
-    own = result.configurational_force[: grid.n_corners][corners]
-    difference = np.abs(force[: grid.n_corners][corners] - own).max() / np.abs(own).max()
-
-    distance = np.hypot(*(place - tip).T)
-    sums = np.array([force[distance <= radius].sum(axis=0) for radius in radii])
-    at_tip = force[grid.tips[0].node]
-    own_tip = np.array([history.cf_tip_x, history.cf_tip_y])
-    both = "scheme"
-    data = {
-        "cf_norm": ((both, "radius"), [history.cf_norm_radius.values, np.hypot(*sums.T)]),
-        "cf_angle": ((both, "radius"), [history.cf_angle_radius.values, _angle(sums)]),
-        "cf_tip_norm": (both, [np.hypot(*own_tip), np.hypot(*at_tip)]),
-        "cf_tip_angle": (both, [_angle(own_tip), _angle(at_tip)]),
-        "J": (
-            (both, "radius"),
-            [
-                history.J_radius.values,
-                [plate_fem.j_integral(fem, tip, radius) for radius in radii],
-            ],
-        ),
-        "strain_energy": (both, [float(history.strain_energy), fem.energy]),
-        "cf_difference": difference,
-        "n_points": int(history.n_points),
-        "n_elements": len(grid.elements),
-        "n_unknowns": int(history.n_unknowns),
+def _of_grids(plan: Plan, drawn: Sequence[int]) -> Plan:
+    """The study of the grids that are kept whole."""
+    meshes = plan.study.product["grid"].values
+    grid = {"key": "mesh", "values": {f"T3_{n}": meshes[f"T3_{n}"] for n in sorted(set(drawn))}}
+    measure = "workflows.section_5_1.fem_beside:nodal_forces"
+    study = {
+        "name": "grids",
+        "base": dict(plan.base),
+        "product": {"grid": grid},
+        "measure": measure,
     }
-    coords = {
-        both: ["MPM", "FEM"],
-        "radius": ("radius", radii, {"units": "mm", "long_name": "domain radius"}),
-        "grid": wanted,
+    return study_from_dict(study, plan.folder)
+
+
+def _of_series(study: xr.Dataset, name: str) -> xr.Dataset:
+    """The grids of one series, with a dimension scheme for cfmpm and FEM."""
+    chosen = [label for label in study.grid.values if label.rpartition("_")[0] == name]
+    one = study.sel(grid=chosen).isel(tip=0, drop=True)
+    tip = np.stack([one.cf_tip_x, one.cf_tip_y], axis=-1)
+    own: dict[str, Any] = {
+        "cf_norm": one.cf_norm_radius,
+        "cf_angle": one.cf_angle_radius,
+        "cf_tip_norm": one.cf_tip_x.copy(data=np.hypot(*tip.T)),
+        "cf_tip_angle": one.cf_tip_x.copy(data=angle(tip)),
+        "J": one.J_radius,
+        "strain_energy": one.strain_energy,
     }
-    return xr.Dataset(data, coords, history.attrs)
+    scheme = xr.Variable("scheme", ["MPM", "FEM"])
+    dataset = xr.Dataset(
+        {
+            key: xr.concat([values, one[f"fem_{key}"]], scheme, combine_attrs="override")
+            for key, values in own.items()
+        }
+    )
+    counts = ("cf_difference", "n_points", "n_elements", "n_unknowns")
+    dataset = dataset.assign({key: one[key] for key in counts}).assign_attrs(study.attrs)
+    for key, (units, long_name) in VARIABLES.items():
+        dataset[key].attrs = {"units": units, "long_name": long_name}
+    return _numbered(dataset)
 
 
-def _angle(force: Floats) -> Floats:
-    """Angle from the crack, which lies along x [deg]."""
-    return np.degrees(np.arctan2(force[..., 1], force[..., 0]))
+def _numbered(dataset: xr.Dataset) -> xr.Dataset:
+    """Grids by the number of triangles in the paper, in place of their names in the study."""
+    wanted = [int(label.rpartition("_")[2]) for label in dataset.grid.values]
+    told = "triangles of the paper's grid, to which this one is nearest"
+    return dataset.assign_coords(grid=("grid", wanted, {"long_name": told}))

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+
 from cfmpm.output.files import write_dataset
 from cfmpm.plotting import Mesh, draw_grid, draw_tip_forces
 from cfmpm.plotting.curves import draw_curve, draw_level, draw_power
 from cfmpm.plotting.style import panels
-from matplotlib.axes import Axes
 
 NORM = "norm of CF [N/mm]"
 ANGLE = "angle of CF [deg]"
@@ -25,7 +26,7 @@ def write_fig4(
     Parameters
     ----------
     grids : Path
-        From `datasets.write_grids`.
+        From `datasets.write_datasets`.
     drawn : sequence of int
         Which grids.
     picture, data : Path
@@ -50,7 +51,7 @@ def write_fig5(
     Parameters
     ----------
     series : Path
-        Of T3, from `datasets.write_series`.
+        Of T3, from `datasets.write_datasets`.
     radius : float
         Of the domain [mm].
     converged : float
@@ -94,7 +95,7 @@ def write_fig6(
     Parameters
     ----------
     series, grids : Path
-        Of T3, from `datasets.write_series` and `datasets.write_grids`.
+        Of T3, from `datasets.write_datasets`.
     swept : sequence of int
         Which grids.
     radius : float
@@ -139,7 +140,7 @@ def write_fig7(
     Parameters
     ----------
     series : dict of str to Path
-        T3, T6 and T6_graded, from `datasets.write_series`.
+        T3, T6 and T6_graded, from `datasets.write_datasets`.
     radius : float
         Of the domain [mm].
     converged : float

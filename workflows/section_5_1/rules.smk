@@ -1,18 +1,21 @@
 # Section 5.1 of the paper: the stationary single edge crack, figures 4 to 7 and the table.
 
+from workflows.section_5_1.settings import SERIES
+
 STATIONARY = "5.1 Stationary edge crack"
 PAPER = SETTINGS.section_5_1
 S51 = "results/paper/section_5_1"
 
 
 rule section_5_1_data:
-    # All grids in one process: each takes less time than starting Python.
+    # All grids in one job: each takes less time than starting Python.
     input:
+        study=PAPER.study,
         scene=PAPER.scene,
         compiled=rules.warm_up.output.stamp,
-        code=modules("section_5_1_data"),
+        code=modules("section_5_1_data", "fem_beside"),
     output:
-        **{name: f"{S51}/{name}.nc" for name in PAPER.series},
+        **{name: f"{S51}/{name}.nc" for name in SERIES},
         grids=f"{S51}/grids.nc",
     log:
         "results/logs/section_5_1_data.log",
@@ -23,16 +26,7 @@ rule section_5_1_data:
         mem_mb=2000,
         runtime=10,
     params:
-        # By plain() of the whole the numbers of triangles would become text.
-        series={
-            name: {n: plain(mesh) for n, mesh in meshes.items()}
-            for name, meshes in PAPER.series.items()
-        },
-        grids={
-            n: plain(PAPER.series["T3"][n])
-            for n in sorted({*PAPER.drawn, *PAPER.swept})
-        },
-        radii=PAPER.radii,
+        drawn=[*PAPER.drawn, *PAPER.swept],
     message:
         "Section 5.1: all grids, by MPM and by FEM"
     script:
@@ -41,7 +35,7 @@ rule section_5_1_data:
 
 rule section_5_1:
     input:
-        **{name: rules.section_5_1_data.output[name] for name in PAPER.series},
+        **{name: rules.section_5_1_data.output[name] for name in SERIES},
         grids=rules.section_5_1_data.output.grids,
         scene=PAPER.scene,
         code=[*modules("section_5_1"), *PLOTTING],

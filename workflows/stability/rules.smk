@@ -2,11 +2,11 @@
 
 
 rule stability_data:
-    # One process: most cases take a second.
+    # One job: most cases take a second.
     input:
         scene=SETTINGS.stability.scene,
         compiled=rules.warm_up.output.stamp,
-        code=modules("stability_data"),
+        code=modules("stability_data", "path_of_load"),
     output:
         data="results/stability/cases.nc",
     log:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Literal, Self
 
-from cfmpm.scene.quantities import Positive
 from pydantic import Field, model_validator
 
+from cfmpm.scene.quantities import Positive
 from workflows.configuration.block import Block
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+
 from cfmpm.body.grid import Floats, Ints
 
 WIDTH, HEIGHT, CRACK = 500.0, 1000.0, 100.0  # mm

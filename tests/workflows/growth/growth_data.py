@@ -7,7 +7,7 @@ import xarray as xr
 
 from cfmpm.output.variables import TIP_STATUS
 from workflows.growth.claims import FIXED_GRIPS
-from workflows.growth.datasets import KEPT, stack
+from workflows.growth.datasets import KEPT
 from workflows.growth.figures import BOTTOM, HOLE
 from workflows.reference.path_points import reference
 
@@ -20,7 +20,7 @@ def history(paths, ending="arrived: all", end="arrived_boundary", n_points=790.0
     n, tips = len(next(iter(paths.values()))), list(paths)
     places = np.stack(list(paths.values()), axis=1)
     length = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=places[:1]).T).T, axis=0)
-    data = {name: np.ones((n, len(tips))) for name in KEPT}
+    data = {name: np.ones((n, len(tips))) for name in KEPT if name not in ("load_factor", "ending")}
     data |= {name: np.zeros(n) for name in OF_STEP}
     data |= {"reaction_y": np.zeros((n, 1)), "displacement_y": np.zeros((n, 1))}
     data |= {"tip_x": places[..., 0], "tip_y": places[..., 1], "crack_length": length}
@@ -38,14 +38,24 @@ def history(paths, ending="arrived: all", end="arrived_boundary", n_points=790.0
         name: (("step", "boundary") if name in of_edge else dims[np.ndim(value)], value)
         for name, value in data.items()
     }
-    variables["domain_radius"] = ("step", "tip", "radius"), data["domain_radius"][..., None]
+    variables["load_factor"] = "step", values.get("load_factor", np.ones(n))
+    variables["ending"] = (), ending
     coords = {
         "step": np.arange(1, n + 1),
         "tip": tips,
         "boundary": ["top"],
-        "load_factor": ("step", values.get("load_factor", np.ones(n))),
     }
-    return xr.Dataset(variables, coords, {"ending": ending, "config": "{}"})
+    return xr.Dataset(variables, coords)
+
+
+def stack(histories):
+    """Runs along a dimension variant, as a study has them: steps that one has not are nan."""
+    return xr.concat(
+        histories.values(),
+        xr.Variable("variant", list(histories)),
+        join="outer",
+        fill_value={"tip_status": np.int8(-1)},
+    )
 
 
 def straight(n, **values):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import xarray as xr
 import cfmpm
 from workflows.configuration.scene_with_grid import scene_with
 from workflows.section_5_1 import claims, datasets, figures
+from workflows.section_5_1.settings import SERIES
 
 CONVERGED = 0.2547822
 RADII = [10.0, 50.0, 70.0, 90.0]
@@ -19,23 +21,40 @@ RADII = [10.0, 50.0, 70.0, 90.0]
 
 def uniform(element, *sizes):
     return {
-        round(1.155e6 / size**2): {"element": element, "size": size, "grading": "uniform"}
+        f"{element}_{round(1.155e6 / size**2)}": {
+            "element": element,
+            "size": size,
+            "grading": "uniform",
+        }
         for size in sizes
     }
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory, scene_file):
+def made(tmp_path_factory, scene_file):
+    """The study on coarse grids: files by series, that of the grids, and which of T3 are there."""
     folder = tmp_path_factory.mktemp("section_5_1")
+    T3 = uniform("T3", 40, 25, 15)
     graded = {"element": "T6", "size": 60, "grading": {"tip_size": 0.05, "growth": 0.3}}
-    meshes = {
-        "T3": uniform("T3", 40, 25, 15),
-        "T6": uniform("T6", 40, 25, 15),
-        "T6_graded": {1400: graded},
+    meshes = {**T3, **uniform("T6", 40, 25, 15), "T6_graded_1400": graded}
+    study = {
+        "name": "coarse",
+        "base": scene_file,
+        "replace": {"fracture.radii": RADII},
+        "measure": "workflows.section_5_1.fem_beside:fem_on_the_same_grid",
+        "product": {"grid": {"key": "mesh", "values": meshes}},
     }
-    for name, series in meshes.items():
-        datasets.write_series(scene_file, series, RADII, folder / f"{name}.nc")
-    return {name: folder / f"{name}.nc" for name in meshes}
+    (folder / "study.yaml").write_text(json.dumps(study), encoding="utf-8")
+    files = {name: folder / f"{name}.nc" for name in SERIES}
+    names = [int(name.removeprefix("T3_")) for name in T3][:2]
+    grids = folder / "grids.nc"
+    datasets.write_datasets(str(folder / "study.yaml"), names, 2, files, grids)
+    return files, grids, names
+
+
+@pytest.fixture(scope="module")
+def files(made):
+    return made[0]
 
 
 @pytest.fixture(scope="module")
@@ -124,11 +143,8 @@ def test_table(files, scene_file, tmp_path, evidence):
     assert out["page"].read_text(encoding="utf-8").count("<tr") == len(rows) + 1
 
 
-def test_figures_come_with_their_data(files, scene_file, tmp_path):
-    grids = tmp_path / "grids.nc"
-    meshes = uniform("T3", 40, 25)
-    datasets.write_grids(scene_file, meshes, grids)
-    names = list(meshes)
+def test_figures_come_with_their_data(made, tmp_path):
+    files, grids, names = made
 
     def out(name):
         return tmp_path / f"{name}.png", tmp_path / f"{name}.nc"

@@ -73,7 +73,7 @@ def jobs(said: str) -> list[str]:
 
 def plain(path: Path) -> xr.Dataset:
     """A dataset without what differs between two runs."""
-    dataset = xr.load_dataset(path).drop_vars("run_time")
+    dataset = xr.load_dataset(path).drop_vars(["run_time", "cpu_time"])
     for name in ("date_created", "history"):
         del dataset.attrs[name]
     return dataset

@@ -1,5 +1,7 @@
 from workflows.execution.job import job
 from workflows.growth.datasets import write_growth
 
-with job(snakemake):
-    write_growth(snakemake.input.scene, snakemake.params.variants, snakemake.output.data)
+# The processes that solve members load this file too.
+if __name__ == "__main__":
+    with job(snakemake):
+        write_growth(snakemake.input.study, snakemake.threads, snakemake.output.data)

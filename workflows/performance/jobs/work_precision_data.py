@@ -1,5 +1,7 @@
 from workflows.execution.job import job
 from workflows.performance.work_precision import measure
 
-with job(snakemake):
-    measure(snakemake.output.data, **snakemake.params)
+# The process that solves the members loads this file too.
+if __name__ == "__main__":
+    with job(snakemake):
+        measure(snakemake.output.data, **snakemake.params)

@@ -1,8 +1,15 @@
 from workflows.execution.job import job
-from workflows.section_5_1.datasets import write_grids, write_series
+from workflows.section_5_1.datasets import write_datasets
+from workflows.section_5_1.settings import SERIES
 
-with job(snakemake):
-    scene, series = snakemake.input.scene, snakemake.params.series
-    for name, meshes in series.items():
-        write_series(scene, meshes, snakemake.params.radii, snakemake.output[name])
-    write_grids(scene, snakemake.params.grids, snakemake.output.grids)
+# The processes that solve members load this file too.
+if __name__ == "__main__":
+    with job(snakemake):
+        out = snakemake.output
+        write_datasets(
+            snakemake.input.study,
+            snakemake.params.drawn,
+            snakemake.threads,
+            series={name: out[name] for name in SERIES},
+            grids=out.grids,
+        )
