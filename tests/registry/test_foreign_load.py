@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
+
+from foreign_package import install, run
 
 ENTRY = """
 from cfmpm.registry.loads import LoadKind
@@ -76,17 +75,6 @@ else:
 
 
 def test_pressure(tmp_path: Path) -> None:
-    (tmp_path / "pressure_load.py").write_text(ENTRY)
-    facts = tmp_path / "pressure_load-1.0.dist-info"
-    facts.mkdir()
-    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: pressure-load\nVersion: 1.0\n")
-    (facts / "entry_points.txt").write_text("[cfmpm.loads]\npressure = pressure_load:PRESSURE\n")
-    path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
-    done = subprocess.run(
-        [sys.executable, "-c", SCENES],
-        env={**os.environ, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    points = "[cfmpm.loads]\npressure = pressure_load:PRESSURE\n"
+    install(tmp_path, {"pressure_load.py": ENTRY}, points)
+    run(tmp_path, SCENES)

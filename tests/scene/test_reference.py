@@ -52,7 +52,7 @@ def test_every_link_leads_to_a_heading() -> None:
     [
         ("Material", "nu", "number > -1, < 0.5", "required"),
         ("Crack", "points", "list of points, at least 2", "required"),
-        ("Mesh", "element", "`T3`, `T6`", "`T6`"),
+        ("Growth", "control", "`load`, `crack`, `fatigue`", "`load`"),
         ("Mesh", "size", "number > 0", ""),
         ("Mesh", "grading", "[Grading](#grading) or `auto`, `uniform`", "`auto`"),
         ("Load", "box", "two points", ""),
