@@ -135,8 +135,9 @@ def _stationary(
         if small:
             plan = study({**largest, "solver": "superlu"}, grids, "phases_and_fem")
             yield Sweep(part, keys, plan, partial(_by_fem, exact=exact))
-        part = about | {"part": "radius", "series": series}
-        yield Sweep(part, keys, study({**replaced, "fracture.radii": list(radii)}, grids), at_rest)
+        finest = {key: values[-1:] for key, values in grids.items()}
+        plan = study({**replaced, "fracture.radii": list(radii)}, finest)
+        yield Sweep(about | {"part": "radius", "series": series}, keys, plan, at_rest)
     for one in axes:
         yield Sweep(about | {"part": "grading"}, keys, study(largest, one), at_rest)
     yield Sweep(about | {"part": "default"}, keys, study({**replaced, **DEFAULT}, {}), at_rest)

@@ -165,6 +165,9 @@ def test_every_combination_is_a_run(measured):
     assert default.direction.item() == "max_hoop"
     radii = of(dataset, problem="edge crack", part="radius", series="T6 uniform").radius
     np.testing.assert_allclose(radii, [30, 60, 90])
+    radii = of(dataset, problem="edge crack", part="radius", series="T3 uniform")
+    np.testing.assert_allclose(radii.radius, [30, 60, 90])
+    assert (radii["size"] == 50).all()  # the finest grid alone
 
 
 def test_formulation_and_law_are_axes(measured, tmp_path):
