@@ -1,4 +1,4 @@
-"""What all models of a scene share."""
+"""Base class, errors and annotations of all models of a scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 
 def refusal(key: str, reason: str) -> PydanticCustomError:
-    """What a model's validator raises; `key` names the field at fault, "" the model itself."""
+    """The error that a model's validator raises; `key` is the wrong field, "" the model itself."""
     return PydanticCustomError("refused", "{reason}", {"key": key, "reason": reason})
 
 
@@ -26,9 +26,9 @@ class Model(BaseModel):
 
 @dataclass(frozen=True)
 class OneOf:
-    """Annotation of a text that is one of some words, such as those of a table of `registry`.
+    """Annotation of a string that must be one of some words, such as those of a registry.
 
-    Where the words are known to the type checker too, `typing.Literal` says the same.
+    For words that the type checker must know too use `typing.Literal`.
     """
 
     words: Iterable[str]

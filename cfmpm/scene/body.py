@@ -33,10 +33,10 @@ def _vertex(value: Any) -> Any:
 
 
 class Vertex(Model):
-    """A corner of a closed line, and the edge that leaves it."""
+    """A corner of a closed line, and the edge from this corner to the next."""
 
     at: Point = Field(description="coordinates [mm]")
-    edge: Name | None = Field(None, description="name of the edge that leaves this corner")
+    edge: Name | None = Field(None, description="name of the edge from this corner to the next")
     through: Point | None = Field(
         None, description="a point on the edge [mm], which makes the edge a circular arc"
     )
@@ -72,7 +72,7 @@ class Hole(Model):
 
 
 class Region(Model):
-    """A part of the body with a material of its own."""
+    """A part of the body with another material."""
 
     name: Name = Field(description="name; with a mesh file, the name of a physical surface")
     material: Material
@@ -83,17 +83,19 @@ class Region(Model):
 class Crack(Model):
     """A crack; each end inside the body is a tip, each end on an edge or a hole is a mouth."""
 
-    name: Name | None = Field(None, description="default crack_1, crack_2 ...")
+    name: Name | None = Field(None, description="name of the crack; default crack_1, crack_2 ...")
     points: list[Point] = Field(min_length=2, description="corners of the crack line [mm]")
 
 
 class Geometry(Model):
     """A plane body: outline, holes, cracks, regions.
 
-    Sides of the outline that follow each other may share a name: together they are one edge.
+    Consecutive sides of the outline may share a name; together they are one edge.
     """
 
-    outline: list[Corner] = Field(min_length=2, description="corners of the outline, either sense")
+    outline: list[Corner] = Field(
+        min_length=2, description="corners of the outline, clockwise or anticlockwise"
+    )
     holes: list[Hole] = Field([], description="circles or polygons without material")
     cracks: list[Crack] = Field([], description="lines, each with one or two tips")
     regions: list[Region] = Field([], description="parts of other materials")
@@ -104,16 +106,16 @@ class MeshFile(Model):
 
     file: str = Field(min_length=1, description="path of the .msh file")
     folder: str = Field(
-        ".", description="where a relative path starts: itself relative to the scene file"
+        ".", description="folder of a relative path; itself relative to the scene file"
     )
     sha256: str | None = Field(
-        None, description="of what is in the file: filled in as the scene is read"
+        None, description="SHA-256 of the file; filled in when the scene is read"
     )
     cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
     regions: list[Region] = Field([], description="materials of physical surfaces")
 
     def digest(self) -> str:
-        """SHA-256 of what is in the file now."""
+        """SHA-256 of the current contents of the file."""
         return hashlib.sha256(Path(self.path).read_bytes()).hexdigest()
 
     @property

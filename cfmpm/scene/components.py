@@ -11,7 +11,7 @@ from cfmpm.scene.quantities import Number
 
 
 class Components(Model):
-    """Prescribed displacement; a component that is left out is free."""
+    """Prescribed displacement; an omitted component is free."""
 
     x: Number | None = Field(None, description="[mm]")
     y: Number | None = Field(None, description="[mm]")

@@ -1,4 +1,4 @@
-"""Keys of what is evaluated at the tips, of crack growth and of fatigue."""
+"""Keys of the evaluation at crack tips, of crack growth and of fatigue."""
 
 from __future__ import annotations
 
@@ -28,14 +28,13 @@ class Fracture(Model):
         Annotated[Count, Field(ge=1, le=20), Tag("(count)")]
         | Annotated[list[Length], Field(min_length=1, max_length=20), Tag("(list)")],
         Discriminator(list_or_count),
-    ] = Field(
-        1, description="domain radii [mm], or how many are to be chosen; the spread needs two"
-    )
+    ] = Field(1, description="domain radii [mm], or their number; the spread needs at least two")
     refine: Length | None = Field(
         None,
-        description="largest element at a growing tip [mm]: before each release larger ones "
-        "around it are halved, up to 0.3 of the distance further away; left out: a tenth of "
-        "mesh.size or a twentieth of the crack with mesh.grading: auto, else none are",
+        description="largest element size at a growing tip [mm]: before each release larger "
+        "elements around the tip are halved; the limit grows by 0.3 of the distance from the tip. "
+        "Default with mesh.grading: auto: a tenth of mesh.size or a twentieth of the crack length; "
+        "otherwise no refinement",
     )
 
     @model_validator(mode="after")
@@ -50,34 +49,35 @@ class Growth(Model):
 
     control: Literal["load", "crack", "fatigue"] = Field(
         "load",
-        description="load: at the load of the scene, until no tip runs; crack: at the load that "
-        "makes the criterion just met, increment by increment; fatigue: by cycles of load up to "
-        "that of the scene, until the criterion is met",
+        description="load: at the load of the scene, until no tip meets the criterion; crack: each "
+        "increment at the load at which the criterion is just met; fatigue: under cyclic load "
+        "with the load of the scene as its maximum, until a tip meets the criterion",
     )
     criterion: Annotated[str, OneOf(DRIVING_FORCES)] = Field(
-        "energy_release_rate", description="what is compared with g_c; cf_norm is the paper's"
+        "energy_release_rate",
+        description="driving force that is compared with g_c; cf_norm is the paper's",
     )
     direction: Annotated[str, OneOf(DIRECTIONS)] = Field(
-        "max_hoop", description="where a crack turns to; cf is the paper's"
+        "max_hoop", description="direction of crack growth; cf is the paper's"
     )
     order: Literal[1, 2] = Field(
         1,
-        description="1: segments along the tangent of the path, as the paper; 2: along its secant, "
-        "extrapolated from the last two tangents: better on smooth curves, restless on paths that "
-        "run straight or pass close by a hole",
+        description="1: segments along the tangent of the path, as in the paper; 2: along its "
+        "secant, extrapolated from the last two tangents: more accurate on smooth curves, but "
+        "oscillates on straight paths and close to holes",
     )
     tips: Literal["all", "largest"] = Field(
         "all",
-        description="which of the tips that meet the criterion run in an increment: all of them, "
-        "each as the one solve before it tells, or the largest alone",
+        description="tips that grow in an increment: all tips that meet the criterion in the solve "
+        "before it, or only the tip with the largest driving force",
     )
     transfer: Literal["domains", "paper"] = Field(
         "domains",
-        description="how material points follow the moving grid: by the exact parts of their "
-        "domains, or, as the paper does, by point and unchanged volume",
+        description="integration where the grid has moved: over the exact parts of the domains of "
+        "the material points, or, as in the paper, at the points with unchanged volume",
     )
     increments: Annotated[Count, Field(ge=1, le=100_000)] = Field(
-        500, description="after how many increments to end at the latest"
+        500, description="largest number of increments"
     )
 
 
@@ -85,13 +85,13 @@ class Fatigue(Model):
     """Paris' law, for cycles of load between load_ratio and one times the loads of the scene."""
 
     C: Positive = Field(
-        description="of da/dN = C dK^m [mm/cycle / (MPa mm^0.5)^m]; from m/cycle and MPa m^0.5: "
-        "times 1000 / 1000^(m/2)"
+        description="factor of da/dN = C dK^m [mm/cycle / (MPa mm^0.5)^m]; to convert from m/cycle "
+        "and MPa m^0.5 multiply by 1000 / 1000^(m/2)"
     )
     m: Positive = Field(description="exponent of dK = (1 - load_ratio) sqrt(K_I^2 + K_II^2)")
     threshold: Annotated[Number, Field(ge=0)] = Field(
         0.0, description="dK at and below which a tip does not advance [MPa mm^0.5]"
     )
     load_ratio: Annotated[Number, Field(ge=0, lt=1)] = Field(
-        0.0, description="least load over greatest"
+        0.0, description="smallest load of a cycle divided by the largest"
     )

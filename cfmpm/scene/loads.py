@@ -29,23 +29,27 @@ def _box(value: Any) -> Any:
 
 
 class LoadKeys(Model):
-    """What all loads share: a name, a place, and one kind of `registry.loads`."""
+    """Keys of all loads: a name, a place, and one kind of `registry.loads`."""
 
-    name: Name | None = Field(None, description="default: the edge's name, or load_1, load_2 ...")
+    name: Name | None = Field(
+        None, description="name of the load; default: the edge's name, or load_1, load_2 ..."
+    )
     edge: Name | None = Field(None, description="a named edge or hole")
     box: Annotated[tuple[Point, Point], BeforeValidator(_box)] | None = Field(
         None, description="two opposite corners [mm]: the part of the boundary inside"
     )
-    point: Point | None = Field(None, description="becomes a node of the grid [mm]")
+    point: Point | None = Field(
+        None, description="coordinates of a point [mm]; the grid gets a node there"
+    )
 
     @property
     def kind(self) -> str:
-        """The word for what is prescribed."""
+        """The word of `registry.loads` for what is prescribed."""
         return next(word for word in LOADS if getattr(self, word) is not None)
 
     @property
     def value(self) -> Any:
-        """What is prescribed, as its kind takes it."""
+        """The prescribed value, of the type that its kind takes."""
         return getattr(self, self.kind)
 
     @model_validator(mode="after")

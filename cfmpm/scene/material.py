@@ -20,7 +20,7 @@ from cfmpm.scene.quantities import (
 
 
 class MaterialKeys(Model):
-    """What all materials share; the laws of `registry.laws` add their constants."""
+    """Keys of all materials; the laws of `registry.laws` add their constants."""
 
     E: Positive = Field(description="Young's modulus [MPa]")
     nu: Annotated[Number, Field(gt=-1, lt=0.5)] = Field(description="Poisson's ratio")
@@ -85,7 +85,7 @@ else:
         "Material",
         __base__=MaterialKeys,
         __module__=__name__,
-        __doc__="An isotropic material; at small strain every elastic law is that of Hooke.",
+        __doc__="An isotropic material; at small strain every elastic law is Hooke's law.",
         law=(
             Literal[tuple(LAWS)],
             Field(

@@ -48,7 +48,8 @@ class Mesh(Model):
         + " a triangle",
     )
     size: Length | None = Field(
-        None, description="element size [mm]; default: a twentieth of the root of the body's area"
+        None,
+        description="element size [mm]; default: a twentieth of the square root of the body's area",
     )
     grading: Annotated[
         Annotated[Grading, Tag("(numbers)")]
@@ -56,14 +57,14 @@ class Mesh(Model):
         Discriminator(_numbers_or_word),
     ] = Field(
         "auto",
-        description="towards crack tips: uniform, two numbers, or auto: size / 300 at a "
-        "stationary tip, with growth 0.4, size / 10 at a growing one, with 0.3; less where there "
-        "is no room",
+        description="element size near crack tips: uniform, or tip_size and growth, or auto: "
+        "tip_size = size / 300 and growth = 0.4 at a stationary tip, size / 10 and 0.3 at a "
+        "growing tip, and smaller elements at tips with little clearance",
     )
     hole_size: Length | None = Field(
         None,
-        description="element size at holes [mm]: a third of the ligament through which a crack is "
-        "to pass; it grows away from them as from the tips",
+        description="element size at holes [mm], such as a third of the ligament that a crack will "
+        "pass through; it grows with the distance from holes as from tips",
     )
 
     @model_validator(mode="after")

@@ -1,7 +1,7 @@
 """The description of one scene as typed, frozen models.
 
 Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is read from YAML by
-:mod:`cfmpm.scene.reading`; what goes beyond its fields is checked by :mod:`cfmpm.scene.rules`.
+:mod:`cfmpm.scene.reading`; conditions on several fields are checked by :mod:`cfmpm.scene.rules`.
 """
 
 from __future__ import annotations
@@ -56,44 +56,46 @@ class Updated(Model):
 
     grid: Literal["fixed", "following"] = Field(
         "fixed",
-        description="fixed: back to where it was after every load step, as the paper does; "
-        "following, which needs mesh.element: T3: boundary, crack faces and tips stay with the "
-        "material, and the inside is smoothed where its triangles become bad",
+        description="fixed: the grid returns to its initial position after every load step, as in "
+        "the paper; following: boundary, crack faces and tips of the grid move with the material, "
+        "and the interior is smoothed where triangles are distorted (needs mesh.element: T3)",
     )
     integration: Literal["points", "domains"] = Field(
         "points",
-        description="points: each material point where it is, with its volume, as the paper does; "
-        "domains, which needs mesh.element: T3 and no law: j2: by the exact parts of its domain in "
-        "the triangles of the grid",
+        description="points: at the material points with their volumes, as in the paper; domains: "
+        "over the exact parts of the domains of the points in the triangles of the grid (needs "
+        "mesh.element: T3 and a law other than j2)",
     )
     ghost: Annotated[Number, Field(ge=0)] = Field(
         0.0,
-        description="stabilisation of triangles that hold little material: this times E h^2 times "
-        "the squared jump of the normal gradient across their sides; 0.1 is enough; needs "
+        description="stabilisation of triangles that hold little material: this factor times E h^2 "
+        "times the squared jump of the normal gradient across their sides; 0.1 is enough; needs "
         "mesh.element: T3",
     )
     smooth_below: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.2,
-        description="quality of a triangle of a following grid below which it is smoothed: 1 is "
-        "equilateral, 0 flat; 1 smooths after every step, 0 never",
+        description="a following grid is smoothed where the quality of a triangle is below this "
+        "(1: equilateral, 0: flat); 1 smooths after every step, 0 never",
     )
     margin: Length | None = Field(
         None,
-        description="of a fixed grid around the body, into which it may move [mm]; default from "
-        "the prescribed displacement",
+        description="width of the margin of a fixed grid, into which the body can move [mm]; "
+        "default from the prescribed displacement",
     )
 
 
 class Output(Model):
-    """What is written besides the history."""
+    """Files written in addition to the history."""
 
     fields: bool = Field(
-        False, description="displacement, stress and CF vectors on the grid at the end: fields.nc"
+        False,
+        description="write displacement, stress and configurational force on the grid at the end: "
+        "fields.nc",
     )
     every: Annotated[Count, Field(ge=1)] | None = Field(
         None,
-        description="the same at the first step of a growing crack, every so many steps on, and "
-        "the last: fields_0001.nc ..., with a table of them, fields_index.nc",
+        description="write the same fields at the first step, then at every n-th step, and at the "
+        "last: fields_0001.nc ..., with their table, fields_index.nc",
     )
 
 
@@ -104,25 +106,25 @@ class Scene(Model):
     loads, when its load parameter is set and `loads` is empty.
     """
 
-    name: Name = Field(description="of the scene, and of its folder in results")
-    description: str = Field("", description="a line for people")
-    geometry: Geometry | None = Field(None, description="the body by its lines")
+    name: Name = Field(description="name of the scene, and of its folder in results")
+    description: str = Field("", description="one line of text for the summary")
+    geometry: Geometry | None = Field(None, description="the body by outline, holes and cracks")
     family: Family | None = Field(None, description="the body as a specimen with parameters")
     mesh_file: MeshFile | None = Field(None, description="the body as a mesh of gmsh")
-    material: Material = Field(description="of the body, where no region says otherwise")
+    material: Material = Field(description="material of the body outside of regions")
     plane: Literal["strain", "stress"] = Field("strain", description="plane strain or stress")
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: one linear solve; finite: finite deformation, solved in load steps; "
-        "auto: small, unless finite would change the energy by more than 1 % (finite_effect); "
-        "plane stress and growth stay small, with a warning",
+        "auto: small, unless finite deformation would change the energy by more than 1 % "
+        "(finite_effect); under plane stress or growth auto keeps small strain and warns",
     )
     formulation: Literal["total", "updated"] = Field(
         "total",
-        description="total: all is in the reference configuration; updated: the grid is reset "
-        "after every load step, as the paper does",
+        description="total: the grid is the reference configuration; updated: the grid is reset "
+        "after every load step, as in the paper",
     )
-    updated: Updated = Field(Updated(), description="how, with formulation: updated")
+    updated: Updated = Field(Updated(), description="options of formulation: updated")
     loads: list[Load] = Field([], description="loads and supports; empty where a family has them")
     load_steps: Annotated[
         Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]
@@ -135,17 +137,18 @@ class Scene(Model):
         Discriminator(list_or_count),
     ] = Field(
         1,
-        description="how many equal parts the loads are applied in, or the factors on them, one "
-        "after the other; each is recorded. Steps in between are taken as needed",
+        description="number of equal load steps, or the load factors in their order; each is "
+        "recorded. Intermediate steps are added as needed",
     )
     mesh: Mesh = Field(Mesh(), description="the background grid")
     solver: Annotated[str, OneOf(("auto", *SOLVERS))] = Field(
-        "auto", description="auto: the fastest that is installed; superlu or amg always are"
+        "auto",
+        description="linear solver; auto: the fastest installed one; superlu and amg always are",
     )
     fracture: Fracture = Field(Fracture(), description="what is evaluated at crack tips")
-    growth: Growth | None = Field(None, description="left out: the cracks do not grow")
-    fatigue: Fatigue | None = Field(None, description="goes with growth.control: fatigue")
-    output: Output = Field(Output(), description="what is written besides the history")
+    growth: Growth | None = Field(None, description="crack growth; without it cracks do not grow")
+    fatigue: Fatigue | None = Field(None, description="Paris' law, for growth.control: fatigue")
+    output: Output = Field(Output(), description="files written in addition to the history")
 
     @model_validator(mode="after")
     def _one_body(self) -> Self:

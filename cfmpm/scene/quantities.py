@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-# Larger numbers are slips of the pen, and their squares overflow: no load needs them, and a body
-# has at most a thousand kilometres.
+# Larger numbers are typing errors, and their squares overflow. A body is at most a thousand
+# kilometres long.
 LARGEST = 1e30
 LARGEST_LENGTH = 1e9
 

@@ -1,4 +1,4 @@
-"""What a scene must fulfil beyond the types of its fields: all rules in the order of checking."""
+"""Conditions on a scene beyond the types of its fields: all rules in the order of checking."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ MOST_TRIANGLES = 2e7
 def broken_rules(scene: Scene) -> list[Finding]:
     """Every rule that a valid scene model breaks, as (dotted key, reason).
 
-    Distances are judged relative to the size of the body: nearer than 1e-6 is on, nearer than 1e-4
-    is neither on nor clear, and refused.
+    Distances are relative to the size of the body. A point nearer than 1e-6 to a line is on it. A
+    point between 1e-6 and 1e-4 is neither on the line nor clear of it, and is refused.
     """
     if scene.mesh_file is not None:
         return [
@@ -59,7 +59,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     found += [*_formulation(scene), *_growth_of_element(scene)]
     broken = list(broken_lines(geometry))
     found += broken
-    if not broken:  # lines that are no lines have no inside
+    if not broken:  # the rules below need valid closed lines
         body = BodyShape.of(whole)
         found += chain(
             misplaced_holes(body),
@@ -78,7 +78,7 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
     elif not os.path.isfile(mesh_file.path):
         yield "mesh_file.file", f"no such file: {mesh_file.path}"
     elif mesh_file.sha256 not in (None, mesh_file.digest()):
-        yield "mesh_file.file", f"is not what it was when sha256 was taken: {mesh_file.path}"
+        yield "mesh_file.file", f"has changed since sha256 was taken: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
     yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
     for i, region in enumerate(mesh_file.regions):
@@ -120,11 +120,11 @@ def _repeated(key: str, names: Sequence[str | None]) -> Iterator[Finding]:
 
 
 def _refinement(scene: Scene) -> Iterator[Finding]:
-    """Refinement of a grid that nothing changes, or whose new triangles would stay empty."""
+    """Refinement without growth, or by which new triangles would have no material point."""
     if scene.fracture.refine is None:
         return
     if scene.growth is None:
-        yield "fracture.refine", "acts before a release: it needs growth"
+        yield "fracture.refine", "refines the grid at growing tips: it needs growth"
     elif scene.growth.transfer == "paper":
         yield (
             "fracture.refine",
@@ -133,19 +133,19 @@ def _refinement(scene: Scene) -> Iterator[Finding]:
 
 
 def _fatigue(scene: Scene) -> Iterator[Finding]:
-    """A law without cracks that obey it, or the other way round."""
+    """Paris' law without fatigue growth, or fatigue growth without Paris' law."""
     growth = scene.growth
     asked = growth is not None and growth.control == "fatigue"
     if scene.fatigue is not None and not asked:
-        yield "fatigue", "is the law of growth.control: fatigue, which the scene does not ask for"
+        yield "fatigue", "needs growth.control: fatigue, which the scene does not have"
     if scene.fatigue is None and asked:
         yield "fatigue", "is missing: growth.control: fatigue needs its C and m"
     if asked and growth is not None and growth.tips == "largest":
-        yield "growth.tips", "largest does not go with control: fatigue, by which all tips advance"
+        yield "growth.tips", "largest does not go with control: fatigue, where all tips advance"
 
 
 def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
-    """What finite deformation does not go with, and what needs it."""
+    """Keys that exclude finite deformation, and keys that need it."""
     parts = {"": scene.material}
     parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
     plastic = [(part, each.law) for part, each in parts.items() if LAWS[each.law].plastic]
@@ -159,8 +159,8 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
         if scene.kinematics == "finite":
             yield (
                 "growth.control",
-                f"{control} needs kinematics: small, in which results grow in proportion to the "
-                "load; at finite deformation cracks grow under control: load",
+                f"{control} needs kinematics: small, where results are proportional to the load; "
+                "at finite deformation cracks grow under control: load",
             )
         if scene.load_steps != 1:
             yield (
@@ -172,8 +172,8 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
     if turns and (scene.kinematics == "small" or (scene.kinematics == "auto" and kept_small)):
         yield (
             "load_steps",
-            "a load that turns round needs kinematics: finite: faces that close do not go with it "
-            "in proportion",
+            "a negative load factor needs kinematics: finite: crack faces that close make the "
+            "response to load reversal nonlinear",
         )
     if scene.kinematics != "finite":
         return
@@ -199,7 +199,7 @@ def _nothing_to_grow(scene: Scene, has_tips: bool) -> Iterator[Finding]:
 
 
 def _formulation(scene: Scene) -> Iterator[Finding]:
-    """What a grid that is reset does not go with."""
+    """Keys that do not go with a grid that is reset."""
     default = Updated()
     if scene.formulation == "total":
         if scene.updated != default:
@@ -227,7 +227,7 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
 
 
 def _growth_of_element(scene: Scene) -> Iterator[Finding]:
-    """Growth with an element whose points stand for no known part of their triangle."""
+    """Growth with an element that does not define the domains of its material points."""
     growth = scene.growth
     if growth is None or growth.transfer == "paper":
         return
@@ -235,21 +235,21 @@ def _growth_of_element(scene: Scene) -> Iterator[Finding]:
         fitting = [word for word in ELEMENTS if find_element(word).domains is not None]
         yield (
             "mesh.element",
-            f"{scene.mesh.element} does not go with growth.transfer: domains, as it does not say "
-            f"what part of a triangle each of its points stands for, as {', '.join(fitting)} do; "
-            "it grows under transfer: paper only",
+            f"{scene.mesh.element} does not go with growth.transfer: domains: it does not define "
+            f"the domains of its material points, as {', '.join(fitting)} do; with "
+            f"{scene.mesh.element} cracks grow under transfer: paper only",
         )
 
 
 def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
-    """Materials that a growing crack could not be compared with."""
+    """Materials without g_c in a scene with growth."""
     if scene.growth is None or scene.growth.control == "fatigue":
         return
     parts = {"": scene.material}
     parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
     for part, material in parts.items():
         if material.g_c is None:
-            yield f"{part}material.g_c", "is missing: growth needs what a crack has to overcome"
+            yield f"{part}material.g_c", "is missing: growth needs a critical energy release rate"
 
 
 def _sizes(scene: Scene, body: BodyShape) -> Iterator[Finding]:
@@ -276,19 +276,19 @@ def _sizes(scene: Scene, body: BodyShape) -> Iterator[Finding]:
 
 
 def estimated_triangles(scene: Scene, body: BodyShape) -> float:
-    """Estimate how many triangles the sizes in numbers of a scene ask for.
+    """Estimate the number of triangles from the element sizes that a scene gives as numbers.
 
     Parameters
     ----------
     scene : Scene
         Expanded.
     body : BodyShape
-        Its own.
+        Of the scene.
 
     Returns
     -------
     float
-        Equilateral triangles of the given size, and those towards tips and holes.
+        Equilateral triangles of the given size, and the smaller ones near tips and holes.
     """
     size, grading, hole_size = scene.mesh.size, scene.mesh.grading, scene.mesh.hole_size
     coarse = 0.0 if size is None else _over(body.polygon.area, size)

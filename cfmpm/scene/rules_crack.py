@@ -69,7 +69,7 @@ def _inside(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
 
 
 def _mouth(crack: Crack, outside: LineString, body: BodyShape) -> str:
-    """Say where a crack that begins or ends outside would have to: on the edge that it crosses."""
+    """Suggest the mouth of a crack that ends outside the body: where it crosses the edge."""
     ends = [end for end in (0, -1) if outside.distance(Point(crack.points[end])) <= ON * body.size]
     if len(ends) != 1:
         return ""
@@ -109,10 +109,10 @@ def _crossings(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Fin
 
 
 def _cuts(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Finding]:
-    """Cracks from boundary to boundary that close a cut.
+    """Cracks from boundary to boundary that cut the body in two.
 
-    Joined by such a crack, a hole and the outline are one line; a crack from a line to itself cuts
-    a piece off.
+    A crack between a hole and the outline joins them to one line. A crack from a line to itself
+    severs a part of the body.
     """
     joined = {name: name for name in body.holes}  # the edges of the outline are one line: ""
 
@@ -129,7 +129,7 @@ def _cuts(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Finding]
             if one == other:
                 yield key, "cuts the body in two"
             else:
-                # The outline is nobody's part: a hole is joined to it, not it to a hole.
+                # A hole is joined to the outline, never the outline to a hole.
                 joined[one or other] = other if one else one
 
 

@@ -45,8 +45,8 @@ def contradictions(scene: Scene) -> Iterator[Finding]:
 def swallowed_loads(scene: Scene) -> Iterator[Finding]:
     """Tractions and forces in a component that another load prescribes at the same place.
 
-    They would go straight into that support and change nothing in the body, which nobody asks for
-    on purpose. Places that only overlap are left to the grid, which warns.
+    The support carries such a load directly, so that it has no effect on the body: an error in the
+    scene. Places that overlap in part can be found only on the grid, where a warning is given.
     """
     held = {
         (_place(load), component): i
@@ -63,8 +63,8 @@ def swallowed_loads(scene: Scene) -> Iterator[Finding]:
             if value != 0.0 and support is not None:
                 yield (
                     f"loads[{i}].{load.kind}",
-                    f"{value:g} in {component} does nothing: loads[{support}] prescribes the "
-                    f"displacement in {component} there, and takes it up; leave one of them out",
+                    f"{value:g} in {component} has no effect: loads[{support}] prescribes the "
+                    f"displacement in {component} there, and carries it; leave one of them out",
                 )
 
 

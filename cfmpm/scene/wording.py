@@ -35,12 +35,12 @@ REASONS = {
     "model_attributes_type": "must be a mapping",
     "recursion_loop": "contains itself",
 }
-# The reason already holds the value, or the value is all that was given.
+# Kinds of error whose reason already contains the value.
 WITHOUT_VALUE = {"too_short", "too_long", "string_too_short", "refused", "recursion_loop"}
 
 
 def refusals(error: ValidationError, data: Any, model: type[Model] = Scene) -> dict[Key, str]:
-    """The first reason for each key at which `data`, which should fit a model, is wrong."""
+    """The first error for each wrong key of `data`, which should fit a model."""
     found: dict[Key, str] = {}
     for detail in error.errors(include_url=False):
         key = _key(detail["loc"], data)
@@ -89,7 +89,7 @@ def _plain_reason(kind: str, detail: ErrorDetails, value: Any) -> str:
 
 
 def shown(value: Any) -> str:
-    """A value as its writer would know it again, in at most a line."""
+    """A value as it was written in the file, in at most one line."""
     if value is None:
         return "nothing"
     if isinstance(value, Mapping):
@@ -134,7 +134,7 @@ def _model_at(loc: tuple[str | int, ...], model: type[Model]) -> type[Model]:
 
 
 def _key(loc: tuple[str | int, ...], data: Any) -> Key:
-    """The part of an error's location that is in the data: pydantic puts names of unions in it."""
+    """The part of an error's location that is a key in the data, without the names of unions."""
     key: list[str | int] = []
     for part in loc:
         if isinstance(data, Mapping) and isinstance(part, str) and part in data:

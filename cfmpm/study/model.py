@@ -1,6 +1,6 @@
 """The description of one study as typed, frozen models.
 
-A study is read from YAML by :mod:`cfmpm.study.reading`, and written out as members by
+A study is read from YAML by :mod:`cfmpm.study.reading` and expanded into its members by
 :mod:`cfmpm.study.expansion`.
 """
 
@@ -19,7 +19,7 @@ from cfmpm.scene.quantities import Count, Name, Number
 
 # All are checked before the first is solved, which takes a millisecond and 14 kB each.
 MOST_MEMBERS = 100_000
-KEY = "of the scene, such as mesh.size or loads[0].traction[1]"
+KEY = "key of the scene, such as mesh.size or loads[0].traction[1]"
 
 
 def _base(value: Any) -> Any:
@@ -73,12 +73,12 @@ class Parameter(Model):
     key: DottedKey | None = Field(None, description=KEY)
     values: Annotated[
         Any, BeforeValidator(_values, json_schema_input_type=list[Any] | dict[str, Any] | None)
-    ] = Field(None, description="one by one: a list, or a mapping that names each of them")
+    ] = Field(None, description="the values: a list, or a mapping from names to values")
     linspace: Range | None = Field(
-        None, description="first, last and how many values with equal differences"
+        None, description="first value, last value, number of values with equal differences"
     )
     geomspace: Range | None = Field(
-        None, description="first, last and how many values with equal ratios"
+        None, description="first value, last value, number of values with equal ratios"
     )
     variants: Annotated[dict[str, dict[DottedKey, Any]] | None, Field(min_length=1)] = Field(
         None,
@@ -112,7 +112,7 @@ class Parameter(Model):
 class Uncertain(Model):
     """A key of the scene and the distribution its values are drawn from."""
 
-    key: DottedKey = Field(description="of the scene, such as material.g_c")
+    key: DottedKey = Field(description="key of the scene, such as material.g_c")
     distribution: str = Field(
         description="a continuous distribution of scipy.stats, such as norm, lognorm or uniform"
     )
@@ -132,11 +132,11 @@ class Uncertain(Model):
 class LatinHypercube(Model):
     """Draws of uncertain parameters that fill their space evenly."""
 
-    samples: HowMany = Field(description="how many draws")
+    samples: HowMany = Field(description="number of samples")
     seed: Annotated[Count, Field(ge=0, le=2**63)] = Field(
-        0, description="of the random numbers; the same seed gives the same draws"
+        0, description="seed of the random numbers; the same seed gives the same samples"
     )
-    parameters: dict[Name, Uncertain] = Field(min_length=1, description="by name")
+    parameters: dict[Name, Uncertain] = Field(min_length=1, description="parameters by name")
 
 
 class Study(Model):
@@ -152,11 +152,17 @@ class Study(Model):
         description="the scene: a path relative to the study file, or written out"
     )
     replace: dict[DottedKey, Any] = Field(
-        {}, description="values of the scene that are replaced in all members, by dotted key"
+        {}, description="values that replace those of the scene in all members, by dotted key"
     )
-    product: dict[Name, Parameter] = Field({}, description="combined with each other")
-    zip: dict[Name, Parameter] = Field({}, description="side by side, all of one length")
-    latin_hypercube: LatinHypercube | None = Field(None, description="drawn at random")
+    product: dict[Name, Parameter] = Field(
+        {}, description="parameters of which all combinations are solved"
+    )
+    zip: dict[Name, Parameter] = Field(
+        {}, description="parameters varied together, with equal numbers of values"
+    )
+    latin_hypercube: LatinHypercube | None = Field(
+        None, description="uncertain parameters, sampled at random"
+    )
     measure: Annotated[str, BeforeValidator(_place)] | None = Field(
         None,
         description="further quantities of each member, by a function from its result to an "
@@ -166,7 +172,7 @@ class Study(Model):
         1, description="runs of each member, of which the fastest counts for its times"
     )
     batch: HowMany = Field(
-        50, description="members of one job of the workflow; `cfmpm study` has no need of it"
+        50, description="members per job of the workflow; `cfmpm study` ignores it"
     )
 
     @model_validator(mode="after")

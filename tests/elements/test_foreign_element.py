@@ -92,9 +92,9 @@ assert abs(known[-1, 1] - known[0, 1]) > 0.1 * run
 REFUSALS = [
     (
         {"mesh": {"element": "T10_STATIONARY"}, "growth": {}},
-        "mesh.element: T10_STATIONARY does not go with growth.transfer: domains, as it does not "
-        "say what part of a triangle each of its points stands for, as T3, T6, T10 do; it grows "
-        "under transfer: paper only",
+        "mesh.element: T10_STATIONARY does not go with growth.transfer: domains: it does not "
+        "define the domains of its material points, as T3, T6, T10 do; with T10_STATIONARY cracks "
+        "grow under transfer: paper only",
     ),
     (
         {"mesh": {"element": "T10"}, "formulation": "updated", "updated": {"grid": "following"}},

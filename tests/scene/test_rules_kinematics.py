@@ -18,8 +18,8 @@ REFUSED = [
     ("load_steps: []\n", "load_steps", "at least 1"),
     ("load_steps: [0, 1]\n", "load_steps", "the first from zero"),
     ("load_steps: [0.5, 0.5]\n", "load_steps", "must differ from the one before"),
-    ("kinematics: small\nload_steps: [-1]\n", "load_steps", "a load that turns round"),
-    ("plane: stress\nload_steps: [1, -1]\n", "load_steps", "a load that turns round"),
+    ("kinematics: small\nload_steps: [-1]\n", "load_steps", "a negative load factor"),
+    ("plane: stress\nload_steps: [1, -1]\n", "load_steps", "a negative load factor"),
     ("kinematics: large\n", "kinematics", "finite"),
 ]
 MATERIALS = [

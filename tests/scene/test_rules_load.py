@@ -55,18 +55,18 @@ REFUSED = [
     (
         "[{edge: top, displacement: {x: 0}}, {edge: top, traction: [1, 0]}]",
         "[1].traction",
-        "1 in x does nothing: loads[0] prescribes the displacement in x there",
+        "1 in x has no effect: loads[0] prescribes the displacement in x there",
     ),
     (
         "[{box: [[9, 9], [-1, -1]], traction: [1, 2]}, "
         "{box: [[-1, -1], [9, 9]], displacement: {y: 0.5}}]",
         "[0].traction",
-        "2 in y does nothing: loads[1]",
+        "2 in y has no effect: loads[1]",
     ),
     (
         "[{point: [0, 0], displacement: {y: 0}}, {point: [0, 0], force: [0, 1]}]",
         "[1].force",
-        "1 in y does nothing: loads[0]",
+        "1 in y has no effect: loads[0]",
     ),
     ("[{traction: [0, 1]}]", "[0]", "has no place: a traction goes with edge or box"),
     (
