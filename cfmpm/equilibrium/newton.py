@@ -106,9 +106,7 @@ class March:
         stiffness = assemble_stiffness(self._problem, trial, self._internal_variables)
         if self._factor is None:
             grid, chosen = self._problem.grid, self._chosen
-            modes = (
-                solvers.rigid_body_modes(grid.nodes, self._free) if chosen.name == "amg" else None
-            )
+            modes = None if chosen.direct else solvers.rigid_body_modes(grid.nodes, self._free)
             self._factor = chosen.factor(stiffness, modes)
         else:
             self._factor.refactor(stiffness)

@@ -122,7 +122,7 @@ def solve_linear(problem: BoundaryValueProblem, stiffness: csr_array) -> Equilib
         held = deform(problem, displacement)
         unbalanced = external - internal_force(problem, held) - problem.resistance(displacement)
     chosen = solvers.select(stiffness.shape[0], problem.solver)
-    modes = solvers.rigid_body_modes(problem.grid.nodes, free) if chosen.name == "amg" else None
+    modes = None if chosen.direct else solvers.rigid_body_modes(problem.grid.nodes, free)
     factor = chosen.factor(stiffness, modes)
     solution = factor.solve(unbalanced[free])
     displacement[free] += solution.x

@@ -40,7 +40,8 @@ class Engine(Protocol):
     Attributes
     ----------
     direct : bool
-        Whether it eliminates, and so meets every pivot.
+        Whether it eliminates, and so meets every pivot; one that does not gets the rigid body
+        modes.
     """
 
     direct: ClassVar[bool]

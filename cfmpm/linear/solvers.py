@@ -151,6 +151,11 @@ class LinearSolver:
     name: str
     engine: type[Engine]
 
+    @property
+    def direct(self) -> bool:
+        """Whether it eliminates; one that does not gets the rigid body modes."""
+        return self.engine.direct
+
     def factor(self, K: csr_array, modes: Floats | None = None) -> Factor:
         """Factor a stiffness.
 
@@ -159,7 +164,7 @@ class LinearSolver:
         K : (n, n) csr_array
             Symmetric positive definite, both triangles stored [N/mm^2].
         modes : (n, 3) float, optional
-            `rigid_body_modes` of the unknowns; only ``amg`` reads them, and needs them.
+            `rigid_body_modes` of the unknowns; a solver that is not `direct` needs them.
 
         Returns
         -------

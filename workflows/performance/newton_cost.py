@@ -106,7 +106,7 @@ def _row(problem: BoundaryValueProblem, repeats: int) -> xr.Dataset:
     free = ~problem.loading.prescribed
     chosen = solvers.select(K.shape[0], problem.solver)
     factor = chosen.factor(
-        K, solvers.rigid_body_modes(problem.grid.nodes, free) if chosen.name == "amg" else None
+        K, None if chosen.direct else solvers.rigid_body_modes(problem.grid.nodes, free)
     )
     force = balance.internal_force[free] + 1.0
     jobs: Sequence[Callable[[], object]] = (
