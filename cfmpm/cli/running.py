@@ -138,9 +138,9 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
     from cfmpm import simulation
     from cfmpm.output import summary, warnings
     from cfmpm.output.run_folder import HISTORY
-    from cfmpm.output.run_writer import Keeper
+    from cfmpm.output.run_writer import RunWriter
 
-    keeper = Keeper(folder, start)
+    writer = RunWriter(folder, start)
     with (
         log_shown(verbose and not quiet),
         _progress(scene, visible=not (quiet or verbose)) as (announce, advance),
@@ -148,17 +148,17 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
     ):
 
         def observe(state: State, record: Record) -> None:
-            keeper.observe(state, record)
+            writer.observe(state, record)
             advance(state, record)
 
         try:
             result = simulation.run(scene, announce, observe, start)
-            written = keeper.finish(result)
+            written = writer.finish(result)
         except (Exception, KeyboardInterrupt) as error:
-            keeper.write(str(error) or "interrupted")
-            if keeper.steps:
+            writer.write(str(error) or "interrupted")
+            if writer.steps:
                 typer.echo(
-                    f"{folder / HISTORY} holds {keeper.steps} steps; cfmpm resume {folder} goes on "
+                    f"{folder / HISTORY} holds {writer.steps} steps; cfmpm resume {folder} goes on "
                     "from there",
                     err=True,
                 )

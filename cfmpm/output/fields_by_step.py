@@ -20,7 +20,7 @@ from cfmpm.scene.model import Scene
 from cfmpm.state import State
 
 
-class FieldSeries:
+class FieldsByStep:
     """Writes the fields of every so many steps as they come, and keeps none of them.
 
     Parameters

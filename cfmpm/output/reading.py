@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from cfmpm.errors import Problem, SceneError
-
-if TYPE_CHECKING:
-    pass
 
 
 def read_result(path: Path, variable: str) -> xr.Dataset:

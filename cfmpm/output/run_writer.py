@@ -12,7 +12,7 @@ from cfmpm.mechanics import load_levels
 from cfmpm.output import run_folder as folders
 from cfmpm.output.checkpoint import Start, write_checkpoint
 from cfmpm.output.fields import build_fields
-from cfmpm.output.fields_by_step import FieldSeries
+from cfmpm.output.fields_by_step import FieldsByStep
 from cfmpm.output.files import store, written_aside
 from cfmpm.output.record import Record
 from cfmpm.output.run_folder import CHECKPOINT, FIELDS, HISTORY, INDEX, UNFINISHED
@@ -22,7 +22,7 @@ from cfmpm.state import Result, State
 SHARE = 0.05
 
 
-class Keeper:
+class RunWriter:
     """Writes the files of a run: fields by step, the history so far, and what is needed to go on.
 
     Of a run that goes on after its first step, history and checkpoint are written then, and from
@@ -43,7 +43,7 @@ class Keeper:
         self._start = start
         self._done = 0 if start is None else len(start.record.steps)
         self._new = start is None
-        self._series: FieldSeries | None = None
+        self._fields: FieldsByStep | None = None
         self._due = 0.0
         folders.remove_leavings(self._folder)
 
@@ -63,9 +63,9 @@ class Keeper:
         if (several or scene.output.every is not None) and time.monotonic() >= self._due:
             self.write("the run was still going on")
         if scene.output.every is not None:
-            if self._series is None:
-                self._series = FieldSeries(self._folder, scene.output.every, self._done)
-            self._series.observe(state, record)
+            if self._fields is None:
+                self._fields = FieldsByStep(self._folder, scene.output.every, self._done)
+            self._fields.observe(state, record)
 
     def write(self, reason: str) -> None:
         """Write what there is, if there is anything, with the reason why it is not more."""
@@ -99,10 +99,10 @@ class Keeper:
             for name, dataset in datasets.items():
                 store(dataset, stack.enter_context(written_aside(self._folder / name)))
             self._take_over()
-            if self._series is not None:
-                self._series.finish()
+            if self._fields is not None:
+                self._fields.finish()
         (self._folder / CHECKPOINT).unlink(missing_ok=True)
-        by_step = [INDEX] if self._series is not None else []
+        by_step = [INDEX] if self._fields is not None else []
         return [self._folder / name for name in (*datasets, *by_step)]
 
     def _take_over(self) -> None:
@@ -115,4 +115,4 @@ class Keeper:
 def write_result(result: Result, folder: Path, *, overwrite: bool) -> list[Path]:
     """Write a result as the run of a folder; see :meth:`cfmpm.Result.write`."""
     with folders.held(folder), folders.starting(folder, overwrite=overwrite):
-        return Keeper(folder).finish(result)
+        return RunWriter(folder).finish(result)

@@ -11,7 +11,7 @@ from cfmpm.errors import SceneError
 from cfmpm.meshing import mesh_size, resolved_grading, triangulate
 from cfmpm.output.checkpoint import read_checkpoint
 from cfmpm.output.run_folder import CHECKPOINT
-from cfmpm.output.run_writer import Keeper
+from cfmpm.output.run_writer import RunWriter
 from cfmpm.scene import changed_keys, scene_from_dict
 from cfmpm.scene.model import Scene
 from cfmpm.simulation import run
@@ -267,19 +267,19 @@ def test_a_run_goes_on_without_its_file_and_not_with_another_one(tmp_path, monke
         "growth": {"control": "crack", "increments": 4},
     }
     scene = scene_from_dict(data)
-    keeper = Keeper(tmp_path)
+    writer = RunWriter(tmp_path)
 
     class StopHereError(Exception):
         pass
 
     def observe(state, record):
-        keeper.observe(state, record)
+        writer.observe(state, record)
         if len(record.steps) == 3:
             raise StopHereError
 
     with pytest.raises(StopHereError):
         run(scene, observe=observe)
-    keeper.write("stopped")
+    writer.write("stopped")
     whole = run(scene)
     (tmp_path / "a.msh").unlink()
     start = read_checkpoint(tmp_path / CHECKPOINT)

@@ -18,7 +18,7 @@ from cfmpm.errors import SceneError
 from cfmpm.output.checkpoint import Start, read_checkpoint, write_checkpoint
 from cfmpm.output.record import Record
 from cfmpm.output.run_folder import CHECKPOINT
-from cfmpm.output.run_writer import SHARE, Keeper
+from cfmpm.output.run_writer import SHARE, RunWriter
 from cfmpm.scene import Scene, scene_from_dict
 from cfmpm.state import State
 
@@ -109,16 +109,16 @@ def test_the_end_is_that_of_a_run_in_one_go(tmp_path: Path, variant: str, steps:
     reset = variant in MODES
     parts = RESET | {"updated": MODES[variant]} if reset else SCENE | VARIANTS[variant]
     scene = scene_from_dict(parts)
-    keeper = Keeper(tmp_path)
+    writer = RunWriter(tmp_path)
 
     def observe(state: State, record: Record) -> None:
-        keeper.observe(state, record)
+        writer.observe(state, record)
         if len(record.steps) == steps:
             raise StopHereError
 
     with pytest.raises(StopHereError):
         simulation.run(scene, observe=observe)
-    keeper.write("stopped")
+    writer.write("stopped")
     start = read_checkpoint(tmp_path / CHECKPOINT)
     assert len(start.record.steps) == steps - 1
     whole, resumed = simulation.run(scene), simulation.run(scene, start=start)
@@ -136,16 +136,16 @@ def test_what_is_kept_does_not_depend_on_when(tmp_path: Path) -> None:
     files = []
 
     def keep(state: State, record: Record) -> None:
-        keeper.observe(state, record)
+        writer.observe(state, record)
         if len(record.steps) in (4, 7):
-            keeper.write("")
+            writer.write("")
             files.append((tmp_path / CHECKPOINT).read_bytes())
 
-    keeper = Keeper(tmp_path)
+    writer = RunWriter(tmp_path)
     simulation.run(scene, observe=keep)
     (tmp_path / CHECKPOINT).write_bytes(files[0])
     start = read_checkpoint(tmp_path / CHECKPOINT)
-    keeper = Keeper(tmp_path, start)
+    writer = RunWriter(tmp_path, start)
     simulation.run(scene, observe=keep, start=start)
     first, second = (np.load(_saved(tmp_path, content)) for content in files[1::2])
     assert sorted(first) == sorted(second)
@@ -212,11 +212,11 @@ def test_writing_takes_a_stated_part_of_the_time(
 
     monkeypatch.setattr("cfmpm.output.run_writer.write_checkpoint", write)
     monkeypatch.setattr("cfmpm.output.run_writer.time.monotonic", lambda: now[0])
-    keeper = Keeper(tmp_path)
+    writer = RunWriter(tmp_path)
 
     def observe(state: State, record: Record) -> None:
         now[0] += 2.0
-        keeper.observe(state, record)
+        writer.observe(state, record)
 
     simulation.run(
         scene_from_dict(SCENE | {"growth": GROWTH | {"increments": 30}}), observe=observe

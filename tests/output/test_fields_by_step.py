@@ -12,7 +12,7 @@ from growing_scene import growing
 from ugrid_rules import broken_rules
 
 from cfmpm.output.fields import build_fields
-from cfmpm.output.fields_by_step import INDEX, FieldSeries, list_fields
+from cfmpm.output.fields_by_step import INDEX, FieldsByStep, list_fields
 from cfmpm.output.variables import LOAD_POWER
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import run
@@ -24,10 +24,10 @@ def kept(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Result]:
     """A run of five states, of which every second one is kept; the fields of its end besides."""
-    folder = tmp_path_factory.mktemp("series")
+    folder = tmp_path_factory.mktemp("fields")
     paper = {"transfer": "paper"} if request.param == "paper" else {}
     scene = growing("T3" if paper else request.param, **paper)
-    result = run(scene_from_dict(scene), observe=FieldSeries(folder, 2).observe)
+    result = run(scene_from_dict(scene), observe=FieldsByStep(folder, 2).observe)
     return folder, result
 
 
@@ -47,10 +47,10 @@ def test_the_last_state_is_kept_too_and_once(tmp_path: Path) -> None:
     scene = scene_from_dict(growing())
     for every, steps in ((3, [1, 4, 5]), (2, [1, 3, 5])):
         folder = tmp_path / str(every)
-        series = FieldSeries(folder, every)
-        run(scene, observe=series.observe)
-        series.finish()
-        series.finish()
+        fields = FieldsByStep(folder, every)
+        run(scene, observe=fields.observe)
+        fields.finish()
+        fields.finish()
         with xr.open_dataset(folder / INDEX) as index:
             assert index["step"].values.tolist() == steps
         assert [path.name for path in list_fields(folder)] == [f"fields_{n:04}.nc" for n in steps]
@@ -112,17 +112,17 @@ def test_stress_on_the_faces_is_in_balance_with_the_load() -> None:
 
 @pytest.mark.parametrize("every", [1, None])
 def test_a_new_run_takes_the_old_files_away(tmp_path: Path, every: int | None) -> None:
-    run(scene_from_dict(growing()), observe=FieldSeries(tmp_path, 1).observe)
+    run(scene_from_dict(growing()), observe=FieldsByStep(tmp_path, 1).observe)
     assert len(list_fields(tmp_path)) == 5
     (tmp_path / "fields_mine.nc").write_text("kept")
-    FieldSeries(tmp_path, every)
+    FieldsByStep(tmp_path, every)
     assert [path.name for path in tmp_path.iterdir()] == ["fields_mine.nc"]
 
 
 def test_a_resumed_run_keeps_what_was_done(tmp_path: Path) -> None:
-    run(scene_from_dict(growing()), observe=FieldSeries(tmp_path, 1).observe)
+    run(scene_from_dict(growing()), observe=FieldsByStep(tmp_path, 1).observe)
     before = xr.load_dataset(tmp_path / INDEX)
-    again = FieldSeries(tmp_path, 1, done=2)
+    again = FieldsByStep(tmp_path, 1, done=2)
     listed = xr.load_dataset(tmp_path / INDEX)
     xr.testing.assert_identical(listed, before.isel(step=slice(2)))
     assert {path.name for path in tmp_path.iterdir()} == {INDEX, *listed["file"].values}

@@ -13,7 +13,7 @@ from cfmpm.api import Result, run
 from cfmpm.cli.app import app
 from cfmpm.errors import SceneError
 from cfmpm.output.run_folder import CHECKPOINT, held, is_unfinished
-from cfmpm.output.run_writer import Keeper
+from cfmpm.output.run_writer import RunWriter
 from cfmpm.scene import scene_from_dict
 
 
@@ -46,8 +46,8 @@ def test_a_result_is_written_as_by_the_command(result: Result, tmp_path: Path) -
 def test_a_result_does_not_take_the_place_of_a_run_that_could_go_on(
     result: Result, tmp_path: Path
 ) -> None:
-    keeper = Keeper(tmp_path)
-    run(scene_from_dict(growing()), observe=keeper.observe)
+    writer = RunWriter(tmp_path)
+    run(scene_from_dict(growing()), observe=writer.observe)
     assert is_unfinished(tmp_path)
     before = names(tmp_path)
     with pytest.raises(SceneError, match=r"overwrite=True"):

@@ -16,7 +16,7 @@ from typer.testing import CliRunner, Result
 
 from cfmpm.cli.app import app
 from cfmpm.output.fields import build_fields
-from cfmpm.output.fields_by_step import FieldSeries, list_fields
+from cfmpm.output.fields_by_step import FieldsByStep, list_fields
 from cfmpm.output.files import write_dataset
 from cfmpm.output.run_folder import INDEX
 from cfmpm.output.vtu import export_vtu
@@ -30,7 +30,7 @@ pyvista = pytest.importorskip("pyvista")
 def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("run")
     scene = scene_from_dict(growing(request.param))
-    run(scene, observe=FieldSeries(folder, 2).observe)
+    run(scene, observe=FieldsByStep(folder, 2).observe)
     export_vtu(folder, folder / "vtu")
     return folder
 
