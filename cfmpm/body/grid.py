@@ -44,21 +44,6 @@ class Triangulation:
     cracks: dict[str, Ints]
     points: dict[str, int]
 
-    def end_of(self, crack: str, end: int) -> int:
-        """Return the first (end 0) or the last (end -1) node of a crack."""
-        pairs = self.cracks[crack]
-        return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
-
-    def edge_at(self, node: int) -> str | None:
-        """Return the part of the boundary that a node lies on; None inside the body."""
-        return next((name for name, pairs in self.edges.items() if (pairs == node).any()), None)
-
-    def is_tip(self, crack: str, end: int) -> bool:
-        """Whether an end of a crack lies inside the body and on no other crack line."""
-        node = self.end_of(crack, end)
-        met = sum(np.count_nonzero(pairs == node) for pairs in self.cracks.values())
-        return met == 1 and self.edge_at(node) is None
-
 
 @dataclass(frozen=True)
 class CrackTip:
@@ -90,11 +75,6 @@ class CrackTip:
     tangent: Floats
     h: float
     straight: float
-
-    @property
-    def crack_length(self) -> float:
-        """Length of the crack line that ends here [mm]."""
-        return float(np.hypot(*np.diff(self.path, axis=0).T).sum())
 
 
 @dataclass(frozen=True)
@@ -209,6 +189,11 @@ def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
     triangles = triangulation.triangles.copy()
     offsets, half_edges = topology.node_stars(triangles, n_nodes)
     twins = topology.find_twins(triangles, offsets, half_edges)
+    on_boundary = np.zeros(n_nodes, bool)
+    for k in range(3):
+        open_side = twins[:, k] < 0
+        on_boundary[triangles[open_side, k]] = True
+        on_boundary[triangles[open_side, (k + 1) % 3]] = True
 
     def sides(pairs: Ints) -> tuple[Ints, Ints]:
         """Half-edges on the left and on the right of node pairs, -1 where there is none."""
@@ -225,7 +210,7 @@ def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
     tips = tuple(
         tip
         for name, pairs in triangulation.cracks.items()
-        for tip in _tips(name, pairs, triangulation, offsets, half_edges)
+        for tip in _tips(name, pairs, triangulation, on_boundary, offsets, half_edges)
     )
 
     nodes = triangulation.nodes
@@ -287,14 +272,22 @@ def _tips(
     name: str,
     pairs: Ints,
     triangulation: Triangulation,
+    on_boundary: NDArray[np.bool_],
     offsets: Ints,
     half_edges: Ints,
 ) -> list[CrackTip]:
     """Find the ends of one crack that lie inside the body and on no crack."""
     nodes, triangles = triangulation.nodes, triangulation.triangles
     line = np.concatenate([pairs[:, 0], pairs[-1:, 1]])
-    ends = {0: line[::-1], -1: line}
-    inside = {end: path for end, path in ends.items() if triangulation.is_tip(name, end)}
+    met = np.concatenate(
+        [line, *(p.ravel() for other, p in triangulation.cracks.items() if other != name)]
+    )
+    ends = {"start": line[::-1], "end": line}
+    inside = {
+        end: path
+        for end, path in ends.items()
+        if not on_boundary[path[-1]] and np.count_nonzero(met == path[-1]) == 1
+    }
     tips = []
     for end, path in inside.items():
         tip = path[-1]
@@ -307,9 +300,9 @@ def _tips(
         rim = nodes[triangles[star // 3, (star + 1) % 3]]
         tips.append(
             CrackTip(
-                name=f"{name}_{'end' if end else 'start'}" if len(inside) == 2 else name,
+                name=f"{name}_{end}" if len(inside) == 2 else name,
                 crack=name,
-                end=end,
+                end=0 if end == "start" else -1,
                 node=int(tip),
                 path=nodes[path[::-1]],
                 tangent=tangent,
@@ -318,12 +311,6 @@ def _tips(
             )
         )
     return tips
-
-
-def lengths_of(nodes: Floats, pairs: Ints) -> Floats:
-    """Return the length of the line between the first two nodes of each row, (k,) [mm]."""
-    lengths: Floats = np.hypot(*(nodes[pairs[:, 1]] - nodes[pairs[:, 0]]).T)
-    return lengths
 
 
 def regions_ahead(grid: Grid, tip: CrackTip, direction: Floats) -> list[int]:

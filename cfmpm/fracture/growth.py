@@ -274,7 +274,7 @@ def _check_fracture(
     ratio = now.driving[tip.name]
     if not ratio >= 1.0:
         return
-    length = tip.crack_length
+    length = float(np.hypot(*np.diff(tip.path, axis=0).T).sum())
     cycles, text = now.cycles, f"fractured: {tip.name} reaches g_c in the first cycle"
     if before is not None:
         # Between the last two steps, by a straight line.
