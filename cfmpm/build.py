@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from cfmpm.body import particle_domains
@@ -22,12 +24,14 @@ from cfmpm.scene.shapes import Side
 UNLIKE = 1e-3
 
 
-def build(scene: Scene) -> Body:
+def build(scene: Scene, fixed: Collection[str] = ()) -> Body:
     """Build the body of a scene, before its first solve.
 
     Parameters
     ----------
     scene : Scene
+    fixed : collection of str
+        Names of the loads that act in full at every load factor; the others are proportional to it.
 
     Returns
     -------
@@ -46,7 +50,7 @@ def build(scene: Scene) -> Body:
     grid = build_grid(triangulation, scene.mesh.element)
     points = seed(grid)
     materials = materials_of(scene, grid.region_names)
-    return compose(scene, materials, triangulation, grid, points)
+    return compose(scene, materials, triangulation, grid, points, fixed=fixed)
 
 
 def compose(
@@ -58,6 +62,7 @@ def compose(
     domains: particle_domains.ParticleDomains | None = None,
     quadrature: particle_domains.Quadrature | None = None,
     grown: Grown = NOTHING_GROWN,
+    fixed: Collection[str] = (),
 ) -> Body:
     """Put a body together: its loads, tip domains and what it is integrated over.
 
@@ -67,6 +72,8 @@ def compose(
         Expanded.
     materials, triangulation, grid, points, domains, quadrature, grown
         As in `Body`.
+    fixed : collection of str
+        As in `build`.
 
     Returns
     -------
@@ -81,7 +88,7 @@ def compose(
     """
     integration = points if quadrature is None else particle_domains.as_points(quadrature)
     floating, empty = _without_points(grid, integration.element)
-    loading = apply_loads(scene.loads, true_sides(scene), grid, integration)
+    loading = apply_loads(scene.loads, true_sides(scene), grid, integration, fixed)
     radii, growing = scene.fracture.radii, scene.growth is not None
     return Body(
         materials=materials,

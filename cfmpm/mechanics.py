@@ -109,7 +109,7 @@ def solve(
     Returns
     -------
     Equilibrium
-        At small strain for load factor one: its results grow with the load.
+        At small strain under proportional loads for load factor one: its results grow with that.
 
     Raises
     ------
@@ -119,19 +119,31 @@ def solve(
     problem = problem_of(body, gradients, scene.solver)
     if scene.kinematics == "finite" or (last is not None and last.finite):
         return _solve_finite(problem, last, level, clock)
-    if last is not None:
+    if last is not None and last.proportional:
         return last
+    factor = 1.0 if problem.loading.is_proportional else level
     with clock("stiffness"):  # step 3
         stiffness = small_strain.assemble_stiffness(problem)
     with clock("equilibrium"):  # steps 4 to 6: forces, balance, state of the points
-        balance = small_strain.solve_linear(problem, stiffness)
-    if scene.kinematics == "auto":
-        levels = load_levels(scene)
+        balance = small_strain.solve_linear(problem, stiffness, factor)
+    if scene.kinematics != "auto":
+        return balance
+    levels = load_levels(scene)
+    # What a run has begun with it goes on with.
+    may_be_finite = last is None and _may_be_finite(scene)
+    if balance.proportional:
         largest = max(map(abs, levels))
         effect = finite_effect(problem, balance, largest)
         balance = replace(balance, finite_effect=effect / largest)
-        if _may_be_finite(scene) and (min(levels) < 0.0 or effect > NEGLIGIBLE):
-            return _solve_finite(problem, None, level, clock)
+    else:
+        effect = finite_effect(problem, balance)
+        balance = replace(balance, finite_effect=effect)
+        # The least and the greatest load, and that of the fixed loads alone.
+        for end in {min(levels), max(levels), 0.0} if may_be_finite else ():
+            other = small_strain.solve_linear(problem, stiffness, end)
+            effect = max(effect, finite_effect(problem, other))
+    if may_be_finite and (min(levels) < 0.0 or effect > NEGLIGIBLE):
+        return _solve_finite(problem, None, level, clock)
     return balance
 
 
@@ -189,7 +201,7 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
     return cf.finite_nodal_force(body.grid, work, gradients, np.zeros(2))
 
 
-def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, level: float) -> float:
+def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, scale: float = 1.0) -> float:
     """Estimate what finite deformation would change of the energy of a small strain solution.
 
     Parameters
@@ -198,23 +210,23 @@ def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, level: fl
         Of elastic materials.
     balance : Equilibrium
         At small strain.
-    level : float
-        Load factor, greater than zero.
+    scale : float
+        What the state is multiplied with, greater than zero.
 
     Returns
     -------
     float
-        At that load factor, |r . u| / (2 W) with r the unbalanced force at finite deformation of
-        the displacement u. As r is of second order in u and W is too, the estimate is of first
-        order in the load. Where u turns points inside out it is taken from a smaller load, in
-        proportion.
+        Of the state so multiplied, |r . u| / (2 W) with r the unbalanced force at finite
+        deformation of the displacement u. As r is of second order in u and W is too, the estimate
+        is of first order in the load. Where u turns points inside out it is taken from a smaller
+        load, in proportion.
     """
     points, loading = balance.points, problem.loading
     energy = np.sum(points.energy * points.volume)
     stiffest = problem.materials.elastic.max()
     if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max():
         return 0.0
-    factor = level
+    factor = scale
     nothing = np.zeros((len(points), problem.materials.n_internal))
     while True:
         u = factor * balance.displacement
@@ -222,10 +234,11 @@ def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, level: fl
         if det_F.min() > 0.0:
             break
         factor *= 0.5
-    external = loading.at(factor).force + factor * balance.contact_force
+    acting = loading.at(balance.load_factor).force
+    external = factor * acting + factor * balance.contact_force
     unbalanced = external - newton.internal_force(problem, moved)
     work = np.sum(np.where(loading.prescribed, 0.0, unbalanced * u))
-    return float(abs(work) / (2.0 * factor**2 * energy) * level / factor)
+    return float(abs(work) / (2.0 * factor**2 * energy) * scale / factor)
 
 
 def _may_be_finite(scene: Scene) -> bool:
@@ -238,7 +251,7 @@ def _solve_finite(
 ) -> Equilibrium:
     with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
         if last is None:
-            return _turned(problem, stepping.advance(problem, stepping.at_rest(problem), level))
+            return _turned(problem, stepping.from_rest(problem, level))
         if last.load_factor != level:
             return _turned(problem, stepping.advance(problem, last, level))
         return _turned(problem, _rebalanced(problem, last))
@@ -252,7 +265,7 @@ def _rebalanced(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium
         if last.points.internal_variables.size:
             raise
     # Elastic: the state does not depend on the way to it, which may begin at rest.
-    afresh = stepping.advance(problem, stepping.at_rest(problem), last.load_factor)
+    afresh = stepping.from_rest(problem, last.load_factor)
     if afresh.stopped:
         raise SolveError(
             f"as its crack grew, no stable state was found at load factor {last.load_factor:.6g}: "

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Collection
 from dataclasses import replace
+from typing import Any
 
 from cfmpm import mechanics
 from cfmpm.build import build
@@ -11,15 +14,23 @@ from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.fracture import growing, growth
+from cfmpm.fracture.critical_load import TipsByFactor, critical_load_factors
 from cfmpm.fracture.evaluation import evaluate_tips
 from cfmpm.scene import Scene, expand
 from cfmpm.state import Stage, State
 from cfmpm.updated import reference, reset
 
 
-def begin(scene: Scene) -> Stage:
-    """Make the grid with cracks as doubled nodes, material points and loads (step 1)."""
-    full, body = expand(scene), build(scene)
+def begin(scene: Scene, fixed: Collection[str] = ()) -> Stage:
+    """Make the grid with cracks as doubled nodes, material points and loads (step 1).
+
+    Parameters
+    ----------
+    scene : Scene
+    fixed : collection of str
+        Names of the loads that act in full at every load factor; the others are proportional to it.
+    """
+    full, body = expand(scene), build(scene, fixed)
     return Stage(full, reset.begin(body, full) if full.formulation == "updated" else body)
 
 
@@ -52,8 +63,13 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
     """
     assert at.gradients is not None
     body, factor = at.body, mechanics.load_levels(at.scene)[at.level]
+    seeks_load = at.scene.growth is not None and at.scene.growth.control == "crack"
+    if seeks_load and at.decision is not None and not body.loading.is_proportional:
+        factor = at.decision.load_factor
     try:
         balance = mechanics.solve(at.scene, body, at.gradients, at.balance, factor, clock)
+        if seeks_load and balance.parts is not None and body.grid.tips:
+            return _at_growth(at, balance, clock)
     except SolveError as failure:
         error = SolveError(f"step {at.step}: {failure}")
         if before is None:
@@ -69,18 +85,41 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
     return balance
 
 
+def _at_growth(at: Stage, balance: Equilibrium, clock: Clock) -> Equilibrium:
+    """Go to the load at which the first tip runs, where loads are not all proportional to it."""
+    growing = at.scene.growth
+    assert balance.parts is not None
+    assert growing is not None
+    assert at.gradients is not None
+    with clock("fracture"):
+        by_factor = TipsByFactor.of(at.body, at.gradients, balance.parts, growing.direction)
+        factor, reason = growth.load_of_growth(
+            at.body, by_factor, balance.parts, growing, at.decision
+        )
+    if not math.isfinite(factor):
+        return replace(balance, stopped=reason)
+    return mechanics.solve(at.scene, at.body, at.gradients, None, factor, clock)
+
+
 def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
     """Evaluate the tips: configurational force, J, K_I, K_II, T, and which of them run (step 7)."""
     assert at.gradients is not None
     body, scene = at.body, at.scene
+    direction = "max_hoop" if scene.growth is None else scene.growth.direction
+    factor, least = balance.load_factor, None
+    if balance.proportional:
+        factor = mechanics.load_levels(scene)[at.level]
+    elif scene.fatigue is not None:
+        least = _at_least_load(at, factor, clock)
     with clock("fracture"):
         seen = reference.in_reference(body, at.gradients, balance)
         nodal = mechanics.nodal_force(*seen)
         plastic = mechanics.plastic_nodal_force(*seen)
-        direction = "max_hoop" if scene.growth is None else scene.growth.direction
         tips = evaluate_tips(*seen, nodal, plastic, direction)
         tips |= reference.compare(body, at.gradients, balance)
-        factor = balance.load_factor if balance.finite else mechanics.load_levels(scene)[at.level]
+        if balance.parts is not None and body.grid.tips:
+            by_factor = TipsByFactor.of(body, at.gradients, balance.parts, direction)
+            tips |= critical_load_factors(body, by_factor, balance.parts)
         decision = growth.decide(
             body.grid,
             tips,
@@ -92,6 +131,8 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
             law=scene.fatigue,
             grown=body.grown.segments,
             unresolved=body.unresolved_tips,
+            proportional=balance.proportional,
+            least=least,
         )
     return State(
         body=seen[0],
@@ -102,6 +143,17 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
         level=at.level,
         stage=replace(at, gradients=None, balance=_kept(at.balance)),
     )
+
+
+def _at_least_load(at: Stage, greatest: float, clock: Clock) -> dict[str, Any]:
+    """Evaluate the tips at the least load of a cycle."""
+    assert at.scene.fatigue is not None
+    assert at.gradients is not None
+    factor = at.scene.fatigue.load_ratio * greatest
+    least = mechanics.solve(at.scene, at.body, at.gradients, None, factor, clock)
+    with clock("fracture"):
+        nodal = mechanics.nodal_force(at.body, at.gradients, least)
+        return evaluate_tips(at.body, at.gradients, least, nodal)
 
 
 def _kept(balance: Equilibrium | None) -> Equilibrium | None:

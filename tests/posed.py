@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from cfmpm.body.grid import Floats, Grid
-from cfmpm.body.loads import Loading
+from cfmpm.body.loads import Loading, NodalLoads
 from cfmpm.body.materials import Materials, material_table
 from cfmpm.body.points import MaterialPoints, seed
 from cfmpm.equilibrium import small_strain
@@ -37,8 +38,8 @@ def pose(
 
 def unloaded(grid: Grid, prescribed: Any = False) -> Loading:
     """No loads, and some components of displacement held at zero."""
-    zero = np.zeros_like(grid.nodes)
-    return Loading(np.zeros(zero.shape, bool) | prescribed, zero, zero, zero, np.zeros(2), {}, 0)
+    shape = grid.nodes.shape
+    return Loading(np.zeros(shape, bool) | prescribed, NodalLoads.none(len(grid.nodes)), {}, 0)
 
 
 def driven(grid: Grid, nodes: Any, values: Floats) -> Loading:
@@ -46,8 +47,8 @@ def driven(grid: Grid, nodes: Any, values: Floats) -> Loading:
     prescribed = np.zeros(grid.nodes.shape, bool)
     displacement = np.zeros_like(grid.nodes)
     prescribed[nodes], displacement[nodes] = True, values
-    zero = np.zeros_like(grid.nodes)
-    return Loading(prescribed, displacement, zero, zero, np.zeros(2), {}, 0)
+    nothing = NodalLoads.none(len(grid.nodes))
+    return Loading(prescribed, replace(nothing, displacement=displacement), {}, 0)
 
 
 def balanced(problem: BoundaryValueProblem) -> Equilibrium:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -34,20 +34,27 @@ class Boundary:
     weights : (k,) float
         For the mean over its length; their sum is one.
     force : (k, 2) float
-        What this load itself applies, at load factor one [N/mm].
+        What this load itself applies [N/mm].
     holds : (k, 2) bool
         Components that this load prescribes, and none before it: each belongs to one part.
+    fixed : bool
+        Whether the load acts in full at every load factor; else `force` is that at factor one.
     """
 
     nodes: Ints
     weights: Floats
     force: Floats
     holds: NDArray[np.bool_]
+    fixed: bool = False
+
+    def force_at(self, load_factor: float) -> Floats:
+        """Return what this load itself applies at a load factor [N/mm], (k, 2)."""
+        return self.force if self.fixed else load_factor * self.force
 
 
 @dataclass(frozen=True)
-class Loads:
-    """What acts on a body at a load factor, or for each unit of it.
+class NodalLoads:
+    """Loads as values at the nodes of a grid.
 
     Attributes
     ----------
@@ -55,31 +62,51 @@ class Loads:
         External force, body force included [N/mm].
     displacement : (n, 2) float
         Prescribed components [mm]; zero elsewhere.
+    own_weight : (n, 2) float
+        The part of `force` that is body force [N/mm].
     body_force : (2,) float
         [N/mm^3].
     """
 
     force: Floats
     displacement: Floats
+    own_weight: Floats
     body_force: Floats
+
+    @classmethod
+    def none(cls, n_nodes: int) -> Self:
+        """No loads."""
+        nothing = np.zeros((n_nodes, 2))
+        return cls(nothing, nothing, nothing, np.zeros(2))
+
+    @property
+    def any(self) -> bool:
+        """Whether there is a load at all."""
+        return bool(self.force.any() or self.displacement.any() or self.body_force.any())
+
+    def times(self, factor: float) -> NodalLoads:
+        """Return a multiple, in arrays of its own."""
+        return NodalLoads(*(factor * getattr(self, part.name) for part in fields(self)))
+
+    def plus(self, other: NodalLoads) -> NodalLoads:
+        """Return the sum with other loads on the same nodes."""
+        names = [part.name for part in fields(self)]
+        return NodalLoads(*(getattr(self, name) + getattr(other, name) for name in names))
 
 
 @dataclass(frozen=True)
 class Loading:
     """Loads and supports on the nodes of a grid.
 
+    What acts is a fixed part, in full at every load factor, and the load factor times a
+    proportional part (`at`).
+
     Attributes
     ----------
     prescribed : (n, 2) bool
         Components of displacement that are prescribed.
-    displacement : (n, 2) float
-        Their values at load factor one [mm]; zero elsewhere.
-    force : (n, 2) float
-        External force at load factor one, body force included [N/mm].
-    own_weight : (n, 2) float
-        The part of `force` that is body force [N/mm].
-    body_force : (2,) float
-        [N/mm^3].
+    proportional : NodalLoads
+        At load factor one.
     boundaries : dict of str to Boundary
         The parts of the boundary at which forces and displacements are reported.
     held : int
@@ -93,19 +120,22 @@ class Loading:
         ``(node_area * motion_i * motion_j).sum()`` is 1 for i = j, else 0.
     node_area : (n, 1) float
         A third of the triangles around each of their corners [mm^2].
+    fixed : NodalLoads or None
+        None where all loads are proportional to the load factor.
+    fixed_names : frozenset of str
+        The loads that make up the fixed part, by which it is made again on another grid.
     """
 
     prescribed: NDArray[np.bool_]
-    displacement: Floats
-    force: Floats
-    own_weight: Floats
-    body_force: Floats
+    proportional: NodalLoads
     boundaries: dict[str, Boundary]
     held: int
     warnings: tuple[str, ...] = ()
     turning: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     loose: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     node_area: Floats = field(default_factory=lambda: np.ones((1, 1)))
+    fixed: NodalLoads | None = None
+    fixed_names: frozenset[str] = frozenset()
 
     @property
     def free(self) -> Ints:
@@ -113,18 +143,31 @@ class Loading:
         open_ = ~self.prescribed
         return np.where(open_, np.cumsum(open_).reshape(open_.shape) - 1, -1)
 
-    def at(self, load_factor: float) -> Loads:
-        """Return what acts at a load factor, in arrays of its own."""
-        return Loads(
-            load_factor * self.force,
-            load_factor * self.displacement,
-            load_factor * self.body_force,
-        )
+    @property
+    def is_proportional(self) -> bool:
+        """Whether all that acts is in proportion to the load factor."""
+        return self.fixed is None or not self.fixed.any
 
     @property
-    def per_factor(self) -> Loads:
-        """What a unit of the load factor adds."""
-        return Loads(self.force, self.displacement, self.body_force)
+    def any(self) -> bool:
+        """Whether there is a load at all."""
+        return self.proportional.any or not self.is_proportional
+
+    def at(self, load_factor: float) -> NodalLoads:
+        """Return what acts at a load factor, in arrays of its own."""
+        acting = self.proportional.times(load_factor)
+        if self.fixed is None or self.is_proportional:
+            return acting
+        return self.fixed.plus(acting)
+
+    def fixed_alone(self) -> Loading:
+        """Return the loading of which the fixed part is all, in proportion to a factor."""
+        fixed = NodalLoads.none(len(self.prescribed)) if self.fixed is None else self.fixed
+        return replace(self, proportional=fixed, fixed=None)
+
+    def proportional_alone(self) -> Loading:
+        """Return the loading without its fixed part."""
+        return replace(self, fixed=None)
 
     def at_rest(self, displacement: Floats) -> Floats:
         """Take the rigid motions that no support holds out of a displacement.
@@ -144,7 +187,11 @@ class Loading:
 
 
 def apply_loads(
-    loads: Sequence[Load], sides: Mapping[str, Sequence[Side]], grid: Grid, points: MaterialPoints
+    loads: Sequence[Load],
+    sides: Mapping[str, Sequence[Side]],
+    grid: Grid,
+    points: MaterialPoints,
+    fixed: Collection[str] = (),
 ) -> Loading:
     """Turn loads into nodal values.
 
@@ -156,6 +203,8 @@ def apply_loads(
         The true sides of the boundary, by the names of their edges; of a mesh file none.
     grid : Grid
     points : MaterialPoints
+    fixed : collection of str
+        Names of the loads that act in full at every load factor; the others are proportional to it.
 
     Returns
     -------
@@ -166,8 +215,9 @@ def apply_loads(
     Raises
     ------
     SceneError
-        Where two loads prescribe different displacements at a node, or a box holds no boundary,
-        or no node of it that a displacement could be prescribed at.
+        Where two loads of one part, fixed or proportional, prescribe different displacements at a
+        node, or a box holds no boundary, or no node of it that a displacement could be prescribed
+        at.
     UnheldError
         Where a motion is not held and the loads would drive it.
     """
@@ -181,39 +231,37 @@ def apply_loads(
                 reason = "no node of the boundary lies in the box: the grid is too coarse for it"
             problems.append(Problem(reason, f"loads[{i}].box"))
             continue
-        problems += nodal.add(i, load, place, grid)
+        problems += nodal.add(i, load, place, grid, fixed=load.name in fixed)
     if problems:
         raise SceneError(problems)
-    force, prescribed, density = nodal.force, nodal.prescribed, nodal.density
-    own_weight = np.zeros_like(force)
-    if density.any():
-        shape = grid.basis_values(points.element, points.position)
-        own_weight = assembly.body_force(
-            grid.elements, len(force), points.element, shape, points.volume, density
-        )
-        force += own_weight
+    prescribed = nodal.prescribed
+    proportional, constant = (
+        part.with_weight(grid, points) for part in (nodal.proportional, nodal.fixed)
+    )
     warnings = [
         warning
         for i, (load, place) in enumerate(zip(loads, places, strict=True))
         if place.segments is not None and not LOADS[load.kind].holds
         for warning in _lost(load, i, place.segments, prescribed)
     ]
-    node_area = np.zeros((len(force), 1))
+    node_area = np.zeros((len(prescribed), 1))
     np.add.at(node_area, grid.triangles, (grid.areas / 3.0)[:, None, None])
     loose = loose_motions(grid, prescribed, node_area)
-    held, turning = hold_rigid_motions(grid, prescribed, force)
+    if fixed:
+        # Each part has to be in balance by itself.
+        hold_rigid_motions(grid, prescribed.copy(), constant.force)
+    held, turning = hold_rigid_motions(grid, prescribed, proportional.force)
     return Loading(
         prescribed=prescribed,
-        displacement=nodal.displacement,
-        force=force,
-        own_weight=own_weight,
-        body_force=density,
+        proportional=proportional,
         boundaries=nodal.boundaries,
         held=held,
         turning=turning,
         warnings=tuple(warnings),
         loose=loose,
         node_area=node_area,
+        fixed=constant if fixed else None,
+        fixed_names=frozenset(fixed),
     )
 
 
@@ -228,66 +276,98 @@ def _place_of(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Pl
 
 
 @dataclass(frozen=True)
-class _NodalValues:
-    """What the loads so far come to; their arrays are added to in place.
+class _Part:
+    """What the loads of one part, fixed or proportional, come to; arrays are added to in place.
 
     Attributes
     ----------
     force, displacement : (n, 2) float
         [N/mm], [mm].
-    prescribed : (n, 2) bool
     density : (2,) float
         Body force [N/mm^3].
-    boundaries : dict of str to Boundary
     owner : dict of (int, int) to int
         The load that prescribes a component of a node last.
     """
 
     force: Floats
     displacement: Floats
-    prescribed: NDArray[np.bool_]
     density: Floats
-    boundaries: dict[str, Boundary]
     owner: dict[tuple[int, int], int]
 
     @classmethod
     def of(cls, grid: Grid) -> Self:
         """Nothing, on the nodes of a grid."""
         shape = grid.nodes.shape
-        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape, bool), np.zeros(2), {}, {})
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(2), {})
 
-    def add(self, i: int, load: Load, place: Place, grid: Grid) -> Iterator[Problem]:
-        """Add a load; yield where it contradicts those before it."""
+    def with_weight(self, grid: Grid, points: MaterialPoints) -> NodalLoads:
+        """Return the nodal values, with the body force on the points shared out to the nodes."""
+        if not self.density.any():
+            nothing = np.zeros_like(self.force)
+            return NodalLoads(self.force, self.displacement, nothing, self.density)
+        shape = grid.basis_values(points.element, points.position)
+        own_weight = assembly.body_force(
+            grid.elements, len(self.force), points.element, shape, points.volume, self.density
+        )
+        return NodalLoads(self.force + own_weight, self.displacement, own_weight, self.density)
+
+
+@dataclass(frozen=True)
+class _NodalValues:
+    """What the loads so far come to.
+
+    Attributes
+    ----------
+    proportional, fixed : _Part
+    prescribed : (n, 2) bool
+    boundaries : dict of str to Boundary
+    """
+
+    proportional: _Part
+    fixed: _Part
+    prescribed: NDArray[np.bool_]
+    boundaries: dict[str, Boundary]
+
+    @classmethod
+    def of(cls, grid: Grid) -> Self:
+        """Nothing, on the nodes of a grid."""
+        return cls(_Part.of(grid), _Part.of(grid), np.zeros(grid.nodes.shape, bool), {})
+
+    def add(
+        self, i: int, load: Load, place: Place, grid: Grid, *, fixed: bool
+    ) -> Iterator[Problem]:
+        """Add a load; yield where it contradicts those of its part before it."""
         applied = find(LOADS[load.kind].code)(load.value, place, grid)
+        part = self.fixed if fixed else self.proportional
         if applied.density is not None:
-            self.density[:] += applied.density
+            part.density[:] += applied.density
         if not len(place.nodes):
             return
         nodes = place.nodes
         force = np.zeros((len(nodes), 2)) if applied.force is None else applied.force
-        self.force[nodes] += force
+        part.force[nodes] += force
         holds = np.zeros((len(nodes), 2), bool)
         if applied.displacement is not None:
             given = ~np.isnan(applied.displacement)
             for axis in np.flatnonzero(given.any(axis=0)).tolist():
                 chosen, values = nodes[given[:, axis]], applied.displacement[given[:, axis], axis]
-                known = self.prescribed[chosen, axis]
-                holds[given[:, axis], axis] = ~known
-                clash = np.flatnonzero(known & (self.displacement[chosen, axis] != values))
+                holds[given[:, axis], axis] = ~self.prescribed[chosen, axis]
+                known = np.array([(int(node), axis) in part.owner for node in chosen], bool)
+                clash = np.flatnonzero(known & (part.displacement[chosen, axis] != values))
                 if clash.size:
                     node, value = int(chosen[clash[0]]), values[clash[0]]
                     yield Problem(
                         f"prescribes u_{'xy'[axis]} = {value:g} mm where "
-                        f"loads[{self.owner[node, axis]}] prescribes "
-                        f"{self.displacement[node, axis]:g} mm, "
+                        f"loads[{part.owner[node, axis]}] prescribes "
+                        f"{part.displacement[node, axis]:g} mm, "
                         f"at ({grid.nodes[node, 0]:g}, {grid.nodes[node, 1]:g})",
                         f"loads[{i}].{load.kind}.{'xy'[axis]}",
                     )
                 self.prescribed[chosen, axis] = True
-                self.displacement[chosen, axis] = values
-                self.owner.update({(int(node), axis): i for node in chosen})
+                part.displacement[chosen, axis] = values
+                part.owner.update({(int(node), axis): i for node in chosen})
         weights = place.weights / place.weights.sum()
-        self.boundaries[str(load.name)] = Boundary(nodes, weights, force, holds)
+        self.boundaries[str(load.name)] = Boundary(nodes, weights, force, holds, fixed)
 
 
 def hold_nodes(loading: Loading, nodes: Ints) -> Loading:

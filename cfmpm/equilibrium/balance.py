@@ -41,7 +41,9 @@ class Equilibrium:
     load_factor : float
         At which all this holds.
     finite : bool
-        Whether by finite deformation; else results grow in proportion to the load.
+        Whether by finite deformation.
+    parts : Parts or None
+        Of small strain under loads that are not all proportional to the load factor.
     finite_effect : float
         Part of the energy that finite deformation would change, where it was left out: at
         `load_factor`, of first order in the load; nan where nobody asked.
@@ -71,6 +73,7 @@ class Equilibrium:
     iterations: int
     load_factor: float = 1.0
     finite: bool = False
+    parts: Parts | None = None
     finite_effect: float = math.nan
     external_work: float = math.nan
     newton_iterations: int = 0
@@ -80,9 +83,36 @@ class Equilibrium:
     unstable_from: float = math.nan
     stopped: str = ""
 
+    @property
+    def proportional(self) -> bool:
+        """Whether stresses grow in proportion to the load factor; else they hold at one only."""
+        return not self.finite and self.parts is None
+
     def scale(self, load_factor: float) -> float:
         """Return what its stresses are to be multiplied with to be those of a load factor."""
-        return 1.0 if self.finite else load_factor / self.load_factor
+        return load_factor / self.load_factor if self.proportional else 1.0
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a linear state is the sum of, where no crack faces press on each other.
+
+    Faces are free to overlap here. At any load factor the state is `fixed` plus the factor times
+    `proportional`.
+
+    Attributes
+    ----------
+    fixed : Equilibrium
+        Of the fixed loads alone.
+    proportional : Equilibrium
+        Of the proportional loads alone, at load factor one.
+    both : Equilibrium
+        Of all loads, at a load factor at which both are felt.
+    """
+
+    fixed: Equilibrium
+    proportional: Equilibrium
+    both: Equilibrium
 
 
 def round_off(stiffness: csr_array, displacement: Floats, scale: float) -> float:

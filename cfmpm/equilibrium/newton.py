@@ -114,7 +114,7 @@ class March:
 
     def rate(self, trial: Trial) -> Floats:
         """Return the displacement per load factor, from the stiffness factored last."""
-        loads = self._problem.loading.per_factor
+        loads = self._problem.loading.proportional
         rate = loads.displacement.copy()
         unbalanced = loads.force + self._problem.pull
         reach = np.abs(rate).max(initial=0.0)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import csr_array
 
 from cfmpm.body.grid import Floats
 from cfmpm.body.points import DeformedPoints
-from cfmpm.equilibrium.balance import RESIDUAL_AT_FLOOR, Equilibrium, round_off
-from cfmpm.equilibrium.contact import Contact, close_faces
+from cfmpm.equilibrium.balance import RESIDUAL_AT_FLOOR, Equilibrium, Parts, round_off
+from cfmpm.equilibrium.contact import Contact, CrackFaces, close_faces
 from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
 from cfmpm.kernels import assembly, constitutive
@@ -90,23 +92,26 @@ def internal_force(problem: BoundaryValueProblem, points: DeformedPoints) -> Flo
     return force
 
 
-def solve_linear(problem: BoundaryValueProblem, stiffness: csr_array) -> Equilibrium:
+def solve_linear(
+    problem: BoundaryValueProblem, stiffness: csr_array, load_factor: float = 1.0
+) -> Equilibrium:
     """Solve a linear problem in one step.
 
     K delta_d = f_ext - f_int (paper eq 13, sign put right), from the prescribed displacement. Where
-    crack faces would overlap they are kept apart (`contact.close_faces`); the solution still grows
-    in proportion to the load.
+    crack faces would overlap they are kept apart (`contact.close_faces`); under proportional loads
+    the solution still grows in proportion to the load.
 
     Parameters
     ----------
     problem : BoundaryValueProblem
     stiffness : csr_array
         From `assemble_stiffness`.
+    load_factor : float
 
     Returns
     -------
     Equilibrium
-        At load factor one.
+        At the load factor, with its parts where the loads are not all proportional to that.
 
     Raises
     ------
@@ -114,16 +119,27 @@ def solve_linear(problem: BoundaryValueProblem, stiffness: csr_array) -> Equilib
         Where the stiffness is not positive definite or the residual stays too large.
     """
     free = ~problem.loading.prescribed
-    loads = problem.loading.at(1.0)
-    external = loads.force + problem.pull
+    chosen = solvers.select(stiffness.shape[0], problem.solver)
+    modes = None if chosen.direct else solvers.rigid_body_modes(problem.grid.nodes, free)
+    factor = chosen.factor(stiffness, modes)
+    state = _balance(problem, stiffness, factor, load_factor)
+    if not problem.loading.is_proportional:
+        state = replace(state, parts=_parts(problem, stiffness, factor))
+    return replace(state, solver=chosen.name)
+
+
+def _balance(
+    problem: BoundaryValueProblem, stiffness: csr_array, factor: Factor, load_factor: float
+) -> Equilibrium:
+    """Solve by the factor of the stiffness."""
+    free = ~problem.loading.prescribed
+    loads = problem.loading.at(load_factor)
+    external = loads.force + load_factor * problem.pull
     displacement = loads.displacement
     unbalanced = external
     if displacement.any():
         held = deform(problem, displacement)
         unbalanced = external - internal_force(problem, held) - problem.resistance(displacement)
-    chosen = solvers.select(stiffness.shape[0], problem.solver)
-    modes = None if chosen.direct else solvers.rigid_body_modes(problem.grid.nodes, free)
-    factor = chosen.factor(stiffness, modes)
     solution = factor.solve(unbalanced[free])
     displacement[free] += solution.x
     contact = _closed(problem, displacement, factor)
@@ -140,7 +156,7 @@ def solve_linear(problem: BoundaryValueProblem, stiffness: csr_array) -> Equilib
         # A part that only contact holds has moved far before its faces closed.
         moved = np.maximum(np.abs(displacement), np.abs(at_rest))
         residual_floor = round_off(stiffness, moved[free], scale)
-        _require_balance(residual_norm, residual_floor, chosen.name)
+        _require_balance(residual_norm, residual_floor, factor.name)
     return Equilibrium(
         points=points,
         displacement=at_rest,
@@ -149,10 +165,23 @@ def solve_linear(problem: BoundaryValueProblem, stiffness: csr_array) -> Equilib
         contact_pairs=contact.pairs,
         residual_norm=residual_norm,
         residual_floor=residual_floor,
-        solver=chosen.name,
+        solver=factor.name,
         n_unknowns=stiffness.shape[0],
         iterations=solution.iterations,
+        load_factor=load_factor,
     )
+
+
+def _parts(problem: BoundaryValueProblem, stiffness: csr_array, factor: Factor) -> Parts:
+    """Solve for the fixed and the proportional part alone, and for both, without contact."""
+    grid, loading = problem.grid, problem.loading
+    problem = replace(problem, faces=CrackFaces(replace(grid, crack_faces={})))
+    alone = replace(problem, loading=loading.proportional_alone())
+    fixed = _balance(problem, stiffness, factor, 0.0)
+    proportional = _balance(alone, stiffness, factor, 1.0)
+    sizes = [np.abs(part.displacement).max(initial=0.0) for part in (fixed, proportional)]
+    felt = float(sizes[0] / sizes[1]) if min(sizes) > 0.0 else 1.0
+    return Parts(fixed, proportional, _balance(problem, stiffness, factor, felt))
 
 
 def _own(problem: BoundaryValueProblem) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -36,6 +37,36 @@ def at_rest(problem: BoundaryValueProblem) -> Equilibrium:
         finite=True,
         external_work=0.0,
     )
+
+
+def from_rest(problem: BoundaryValueProblem, target: float) -> Equilibrium:
+    """Load a body that is at rest: with its fixed loads first, step by step, then the others.
+
+    Parameters
+    ----------
+    problem : BoundaryValueProblem
+    target : float
+        Load factor to be reached.
+
+    Returns
+    -------
+    Equilibrium
+        As `advance`.
+
+    Raises
+    ------
+    SolveError
+        Also where the fixed loads alone do not find a stable state.
+    """
+    start = at_rest(problem)
+    if not problem.loading.is_proportional:
+        alone = replace(problem, loading=problem.loading.fixed_alone())
+        start = advance(alone, start, 1.0)
+        if start.stopped:
+            raise SolveError(f"under the fixed loads alone, each times the factor, {start.stopped}")
+        unstable_from = start.unstable_from if math.isnan(start.unstable_from) else 0.0
+        start = replace(start, load_factor=0.0, unstable_from=unstable_from)
+    return advance(problem, start, target)
 
 
 def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> Equilibrium:

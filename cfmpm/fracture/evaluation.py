@@ -86,7 +86,9 @@ def evaluate_tips(
         if plastic is not None:
             row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, largest)
         if has_k:
-            row |= _kink(row, direction_by(direction), float(material.g_c[0]))
+            row |= kink(row, direction_by(direction))
+            if balance.proportional:
+                row |= _critical_load(row, float(material.g_c[0]))
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
     return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
@@ -143,15 +145,26 @@ def _of_rings(rings: Sequence[dict[str, float]], largest: int) -> dict[str, Any]
     }
 
 
-def _kink(row: Mapping[str, Any], direction: Direction, toughness: float) -> dict[str, float]:
-    """Where a tip would turn to, what drives it there, and the load at which that is g_c."""
+def kink(row: Mapping[str, Any], direction: Direction) -> dict[str, float]:
+    """Say where a tip would turn to, and what drives it there, `G_kink` [N/mm].
+
+    Parameters
+    ----------
+    row : mapping of str to float
+        Of a tip that has stress intensity factors.
+    direction : Direction
+    """
     k_1, k_2 = row["K_I"], row["K_II"]
     loaded = k_1 != 0.0 or k_2 != 0.0
     driving = row["G"] * (direction.kink_factor(row) if loaded else 1.0)
-    found = {"kink_angle": max_hoop_angle(k_1, k_2), "G_kink": driving}
-    if not math.isnan(toughness) and not is_closed(k_1, k_2):
-        found["critical_load_factor"] = load_factor_at_fracture(driving, toughness)
-    return found
+    return {"kink_angle": max_hoop_angle(k_1, k_2), "G_kink": driving}
+
+
+def _critical_load(row: Mapping[str, Any], toughness: float) -> dict[str, float]:
+    """The load factor at which the driving force of the kink is g_c, under proportional loads."""
+    if math.isnan(toughness) or is_closed(row["K_I"], row["K_II"]):
+        return {}
+    return {"critical_load_factor": load_factor_at_fracture(row["G_kink"], toughness)}
 
 
 def _j_plastic(grid: Grid, plastic: Floats, tip: CrackTip, radius: float) -> float:

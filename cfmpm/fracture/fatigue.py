@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from cfmpm.fracture.criteria.protocols import is_closed
 from cfmpm.scene.growth import Fatigue
 
 
@@ -37,22 +38,41 @@ class Progress:
     driving: dict[str, float]
 
 
-def stress_range(law: Fatigue, k_1: float, k_2: float) -> float:
-    """Return the range dK = (1 - R) K_eq of the stress intensity in a cycle [MPa mm^0.5].
+def stress_range(
+    law: Fatigue, k_1: float, k_2: float, least: tuple[float, float] | None = None
+) -> float:
+    """Return the range dK of the stress intensity in a cycle [MPa mm^0.5].
 
     Parameters
     ----------
     law : Fatigue
     k_1, k_2 : float
         At the greatest load of the cycle [MPa mm^0.5].
+    least : (float, float), optional
+        K_I and K_II at the least load of the cycle; default: load_ratio times those at the greatest
+        [MPa mm^0.5].
 
     Returns
     -------
     float
-        With K_eq = sqrt(K_I^2 + K_II^2) = sqrt(E' G), Irwin's energy release rate (1957): on a path
+        dK = K_eq of the difference of both ends, (1 - R) K_eq under proportional loads. With
+        K_eq = sqrt(K_I^2 + K_II^2) = sqrt(E' G), Irwin's energy release rate (1957): on a path
         that turns to where K_II vanishes every other mixture of the modes gives the same. A K_I
-        below zero counts as zero.
+        below zero counts as zero; at an end of the cycle at which the tip is closed both do.
+
+    Examples
+    --------
+    >>> law = Fatigue(C=1e-12, m=3.0, load_ratio=0.5)
+    >>> stress_range(law, 10.0, 0.0)
+    5.0
+    >>> stress_range(law, 10.0, 0.0, least=(-3.0, 0.0))
+    10.0
     """
+    if least is not None:
+        ends = [
+            (0.0, 0.0) if is_closed(*k) else (max(k[0], 0.0), k[1]) for k in ((k_1, k_2), least)
+        ]
+        return math.dist(*ends)
     return (1.0 - law.load_ratio) * math.hypot(max(k_1, 0.0), k_2)
 
 

@@ -88,7 +88,8 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     if met:
         raise RunEnded("met_point", met, cracks=cracks)
     try:
-        return compose(scene, body.materials, mesh, grid, points, domains, quadrature, grown)
+        fixed = body.loading.fixed_names
+        return compose(scene, body.materials, mesh, grid, points, domains, quadrature, grown, fixed)
     except UnheldError as unheld:
         x, y = unheld.centre
         text = (

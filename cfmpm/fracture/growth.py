@@ -10,14 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cfmpm.body.body import Body
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.ending import RunEnded
+from cfmpm.equilibrium.balance import Parts
 from cfmpm.fracture import fatigue
 from cfmpm.fracture.criteria.protocols import (
     direction_by,
     driving_force_by,
     is_closed,
 )
+from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture, presses
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.scene.growth import Fatigue, Growth
 
@@ -27,6 +30,8 @@ TIE = 0.02
 # Part of what drove a tip at the load of the step before, below which nothing is left of it but
 # round-off: a body that has come apart. In stress its root, 1e-9.
 RELIEVED = 1e-18
+# By how much what drives the first tip may miss its toughness at the load that was found for it.
+MET = 1e-6
 # Largest angle by which a segment is turned on from the tangent at its start [rad].
 MOST_BEND = math.radians(5.0)
 
@@ -66,6 +71,8 @@ def decide(
     law: Fatigue | None = None,
     grown: Mapping[str, float] | None = None,
     unresolved: Collection[str] = (),
+    proportional: bool = True,
+    least: Mapping[str, Any] | None = None,
 ) -> Decision:
     """Compare the tips with their toughness, or find how fast fatigue lets them advance.
 
@@ -90,13 +97,17 @@ def decide(
         Lengths of the segments just released, by the tips that ran [mm].
     unresolved : collection of str
         Tips whose domain cannot tell a direction: these go straight on.
+    proportional : bool
+        Whether the values grow with the load factor; else they hold at that of the step only.
+    least : mapping of str to (tip,) array, optional
+        The values at the least load of a cycle, where those are not in proportion to it.
 
     Returns
     -------
     Decision
         Under load control tips run whose criterion reaches g_c. Under crack control the load factor
-        is the one at which the first tip gets there, sqrt(g_c / G). By fatigue all tips advance
-        whose range is above the threshold, until one of them reaches g_c.
+        is the one at which the first tip gets there, sqrt(g_c / G), or that of `load_of_growth`.
+        By fatigue tips advance whose range is above the threshold, until one of them reaches g_c.
     """
     if growth is None:
         return Decision(load_factor, {})
@@ -106,17 +117,34 @@ def decide(
     ratio = _driving_ratio(grid, values, heading, closed, g_c, growth, scale)
     progress = None
     if law is not None:
-        progress, runs = _advance(grid, values, closed, ratio, last, law, grown or {})
+        if least is not None:
+            lower = _headings(grid, least, growth, unresolved)
+            ratio = np.fmax(ratio, _driving_ratio(grid, least, *lower, g_c, growth, 1.0))
+        progress, runs = _advance(grid, values, closed, ratio, last, law, grown or {}, least)
     elif growth.control == "load":
         runs = ratio >= 1.0
     else:
         largest = float(ratio.max())
-        if last is not None and largest * last.load_factor**2 < RELIEVED:
-            largest = 0.0
-        load_factor = 1.0 / math.sqrt(largest) if largest > 0.0 else math.inf
+        if proportional:
+            load_factor, largest = _proportional_load_of_growth(largest, last)
+        elif abs(largest - 1.0) > MET:  # no load was found (`load_of_growth`)
+            load_factor, largest = math.inf, 0.0
         runs = (ratio >= (1.0 - TIE) * largest) & (largest > 0.0)
     if growth.tips == "largest":
         runs &= ratio == ratio.max()
+    running, tangents = _directions(grid, heading, runs, growth, last, unresolved)
+    return Decision(load_factor, running, tangents, progress)
+
+
+def _directions(
+    grid: Grid,
+    heading: Mapping[str, Floats],
+    runs: NDArray[np.bool_],
+    growth: Growth,
+    last: Decision | None,
+    unresolved: Collection[str],
+) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Directions of the next segments of the tips that run, and tangents; see `Decision`."""
     tangents = {
         tip.name: heading[tip.name] for tip, run in zip(grid.tips, runs, strict=True) if run
     }
@@ -126,7 +154,63 @@ def decide(
         name: secant(before[name], tangent) if name in before else tangent
         for name, tangent in tangents.items()
     }
-    return Decision(load_factor, running, known | tangents, progress)
+    return running, known | tangents
+
+
+def load_of_growth(
+    body: Body,
+    by_factor: TipsByFactor,
+    parts: Parts,
+    growth: Growth,
+    last: Decision | None = None,
+) -> tuple[float, str]:
+    """Find the load factor at which the first tip runs, under loads that are not all proportional.
+
+    Parameters
+    ----------
+    body : Body
+    by_factor : TipsByFactor
+    parts : Parts
+    growth : Growth
+    last : Decision, optional
+        The one before.
+
+    Returns
+    -------
+    load_factor : float
+        As of `critical_load.factor_at_fracture`.
+    reason : str
+        Why it is nan; empty where it is not.
+    """
+
+    def drive(values: Mapping[str, Any]) -> float:
+        heading, closed = _headings(body.grid, values, growth, body.unresolved_tips)
+        g_c = body.materials.g_c
+        ratio = _driving_ratio(body.grid, values, heading, closed, g_c, growth, 1.0)
+        return math.sqrt(max(float(ratio.max()), 0.0))
+
+    alone = drive(by_factor.proportional())
+    if last is not None:
+        left = max(drive(by_factor.at(last.load_factor)), alone * abs(last.load_factor))
+        alone = 0.0 if left**2 < RELIEVED else alone
+    factor = factor_at_fracture(lambda f: drive(by_factor.at(f)), alone)
+    if math.isnan(factor):
+        if drive(by_factor.at(0.0)) >= 1.0:
+            return math.nan, "the fixed loads alone make a crack run"
+        return math.nan, "as a tip opens its driving force jumps over the toughness"
+    if presses(body, parts, factor):
+        return math.nan, (
+            f"at load factor {factor:.6g}, where a crack would run, crack faces press on each "
+            "other: the state is no sum of those of fixed and proportional loads"
+        )
+    return factor, ""
+
+
+def _proportional_load_of_growth(largest: float, last: Decision | None) -> tuple[float, float]:
+    """Load factor at which the first tip runs, from its ratio at one; both of a relieved body."""
+    if last is not None and largest * last.load_factor**2 < RELIEVED:
+        largest = 0.0
+    return 1.0 / math.sqrt(largest) if largest > 0.0 else math.inf, largest
 
 
 def _headings(
@@ -186,6 +270,7 @@ def _advance(
     last: Decision | None,
     law: Fatigue,
     grown: Mapping[str, float],
+    least: Mapping[str, Any] | None,
 ) -> tuple[Progress, NDArray[np.bool_]]:
     """Count the cycles so far, and find which tips fatigue lets run next."""
     names = [tip.name for tip in grid.tips]
@@ -196,7 +281,12 @@ def _advance(
         if math.isnan(k_1):  # on the border of two materials: as it came there
             spans.append(known.get(name, 0.0))
         else:
-            spans.append(0.0 if closed[i] else fatigue.stress_range(law, k_1, k_2))
+            low = None
+            if least is not None:
+                low = float(least["K_I"][i]), float(least["K_II"][i])
+            spans.append(
+                0.0 if closed[i] and low is None else fatigue.stress_range(law, k_1, k_2, low)
+            )
     ranges = dict(zip(names, spans, strict=True))
     rates = {name: fatigue.growth_rate(law, span) for name, span in ranges.items()}
     cycles, pending = fatigue.count(None if last is None else last.progress, grown, rates)

@@ -69,6 +69,11 @@ class Factor:
             self._take_values()
 
     @property
+    def name(self) -> str:
+        """The word of the solver."""
+        return self._solver.name
+
+    @property
     def n_unknowns(self) -> int:
         """Size of the system."""
         return int(self._K.shape[0])

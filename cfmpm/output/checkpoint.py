@@ -47,7 +47,7 @@ class Start:
 
 
 # Of the layout of the file.
-FORMAT = 5
+FORMAT = 6
 # Of `Motion`, what does not follow from the reference.
 MOTION = ("displacement", "triangle", "base", "smoothed")
 Arrays = dict[str, NDArray[Any]]
@@ -74,6 +74,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "cracks": list(mesh.cracks),
         "points": mesh.points,
         "grown": asdict(body.grown),
+        "fixed_loads": sorted(body.loading.fixed_names),
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
@@ -196,7 +197,7 @@ def _steps(steps: list[StepRecord]) -> Arrays:
     shapes = {name: np.shape(value) for step in steps for name, value in step.values.items()}
     return {
         "steps.load_factor": np.array([step.load_factor for step in steps]),
-        "steps.conjugates": np.array([step.conjugates for step in steps]).reshape(-1, 2),
+        "steps.conjugates": np.array([step.conjugates for step in steps]).reshape(-1, 3),
     } | {
         f"values.{name}": np.array(
             [step.values.get(name, np.full(shape, np.nan)) for step in steps], float
@@ -246,7 +247,8 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
     materials = materials_of(record.full, mesh.region_names)
     quadrature = _table(arrays, "quadrature", Quadrature)
     if record.full.formulation == "updated":
-        body = reset.begin(compose(record.full, materials, mesh, grid, seed(grid)), record.full)
+        whole = compose(record.full, materials, mesh, grid, seed(grid), fixed=texts["fixed_loads"])
+        body = reset.begin(whole, record.full)
         kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
         return reset.restore(body, arrays["grid.nodes"], points, quadrature, kept)
     return compose(
@@ -258,4 +260,5 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         _table(arrays, "domains", ParticleDomains),
         quadrature,
         Grown(**texts["grown"]),
+        texts["fixed_loads"],
     )

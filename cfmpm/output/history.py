@@ -36,16 +36,16 @@ class StepRecord:
         Without the step dimension: scalars, (tip,), (tip, radius), (boundary,).
     seconds : mapping of str to float
         Wall time of each phase [s].
-    conjugates : (float, float)
+    conjugates : (float, float, float)
         What loads do work with when the load factor changes: the sum of dead forces (at factor one)
         times displacements, and that of reactions times prescribed displacements (at factor one)
-        [N].
+        [N]; and, of the fixed loads, the sum of dead forces times displacements.
     """
 
     load_factor: float
     values: Mapping[str, Any]
     seconds: Mapping[str, float]
-    conjugates: tuple[float, float] = (np.nan, np.nan)
+    conjugates: tuple[float, float, float] = (np.nan, np.nan, np.nan)
 
 
 def build_history(

@@ -12,7 +12,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.body.body import Body
-from cfmpm.body.grid import Triangulation
+from cfmpm.body.grid import Floats, Triangulation
+from cfmpm.body.loads import Loading
 from cfmpm.ending import Ending, LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
@@ -95,7 +96,7 @@ class Record:
         body, balance, tips, decision = state.body, state.balance, state.tips, state.decision
         self.decision = decision
         self.finite = balance.finite
-        factor = decision.load_factor
+        factor = decision.load_factor if balance.proportional else balance.load_factor
         if not np.isfinite(factor):
             factor = self.steps[-1].load_factor if self.steps else 1.0
         values = self._of_ends(body, decision)
@@ -120,7 +121,7 @@ class Record:
         values["external_work"] = (
             balance.external_work
             if balance.finite
-            else self._work_done(factor, conjugates, jumped=bool(values["jump"]))
+            else self._work_done(body, balance, factor, jumped=bool(values["jump"]))
         )
         if self.full.fatigue is None:
             spent = body.grown.fracture_energy
@@ -130,6 +131,7 @@ class Record:
         self.notes |= choices.choices(self.full, body, balance)
         self.warnings |= dict.fromkeys(warnings.doubts(self.full, body, balance, scale))
         self.warnings |= dict.fromkeys(warnings.doubts_at_tips(body, tips))
+        self.warnings |= dict.fromkeys(warnings.doubts_of_fixed_loads(body, balance, tips))
 
     def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
         """Gather the record of a run that has ended.
@@ -258,22 +260,26 @@ class Record:
         )
         return bool((now & ~before).any())
 
-    def _work_done(self, factor: float, conjugates: tuple[float, float], *, jumped: bool) -> float:
+    def _work_done(self, body: Body, balance: Equilibrium, factor: float, *, jumped: bool) -> float:
         """Work of the loads from the start, by the trapezoidal rule over the steps [N].
 
+        Fixed loads do theirs by the motion alone; to begin with they grow together with the others.
         Where a last ligament has broken it did so at the load of the step before, by itself; the
         load has changed after that.
         """
-        work, last_factor, last = 0.0, 0.0, (0.0, 0.0)
+        now = _conjugates(body, balance, balance.scale(factor))
+        work, last_factor, last = 0.0, 0.0, (0.0, 0.0, 0.0)
         if self.steps:
             work = float(self.steps[-1].values["external_work"])
             last_factor, last = self.steps[-1].load_factor, self.steps[-1].conjugates
-        if jumped and factor != 0.0:
-            dead, grip = (part * last_factor / factor for part in conjugates)
-            work += last_factor * (dead - last[0])
-            last = dead, grip
-        work += 0.5 * (factor + last_factor) * (conjugates[0] - last[0])
-        return work + 0.5 * (conjugates[1] + last[1]) * (factor - last_factor)
+        elif not balance.proportional:
+            work = 0.5 * (_work_on_fixed_grips(body, balance) - now[2])
+        broken = _conjugates_at(body, balance, factor, last_factor) if jumped else None
+        if broken is not None:
+            work += last_factor * (broken[0] - last[0]) + (broken[2] - last[2])
+            last = broken
+        work += 0.5 * (factor + last_factor) * (now[0] - last[0]) + (now[2] - last[2])
+        return work + 0.5 * (now[1] + last[1]) * (factor - last_factor)
 
     def _stability(self) -> NDArray[np.int8]:
         """How the cracks go on from each step, as far as crack control tells."""
@@ -281,7 +287,7 @@ class Record:
         if growth is None or growth.control != "crack":
             return np.zeros(len(self.steps), np.int8)
         factor = np.array([step.load_factor for step in self.steps])
-        dead, grip = np.array([step.conjugates for step in self.steps]).reshape(-1, 2).T
+        dead, grip, _ = np.array([step.conjugates for step in self.steps]).reshape(-1, 3).T
         # With grips besides, the force is still that of all loads; nan is a last position of the
         # cracks alone.
         path = (factor, dead) if np.any(np.abs(dead) > 0.0) else (grip, factor)
@@ -304,15 +310,46 @@ def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
     return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
 
 
-def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float]:
-    """What the dead loads have moved through and the force on the grips, per load factor [N]."""
-    loading, u = body.loading, balance.displacement
+def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float, float]:
+    """What the dead loads have moved through and the force on the grips; see `StepRecord` [N]."""
+    loading = body.loading
     # Zero where a support prescribes the displacement: a force there does no work.
-    free = u - loading.at(balance.load_factor).displacement
-    unit = loading.per_factor
-    applied = float((unit.force * free).sum())
-    reaction = float(((balance.internal_force - balance.contact_force) * unit.displacement).sum())
-    return scale * applied, scale * reaction
+    free = balance.displacement - loading.at(balance.load_factor).displacement
+    dead, grip, fixed = _sums(loading, free, balance.internal_force - balance.contact_force)
+    return scale * dead, scale * grip, scale * fixed
+
+
+def _conjugates_at(
+    body: Body, balance: Equilibrium, factor: float, other: float
+) -> tuple[float, float, float] | None:
+    """The same of a linear body at another load factor; None where that is not known."""
+    now = _conjugates(body, balance, balance.scale(factor))
+    if balance.parts is None:
+        return (
+            None
+            if factor == 0.0
+            else (now[0] * other / factor, now[1] * other / factor, now[2] * other / factor)
+        )
+    part, loading = balance.parts.proportional, body.loading
+    free = part.displacement - loading.proportional.displacement
+    slopes = _sums(loading, free, part.internal_force)
+    dead, grip, fixed = (a + (other - factor) * b for a, b in zip(now, slopes, strict=True))
+    return dead, grip, fixed
+
+
+def _sums(loading: Loading, free: Floats, force: Floats) -> tuple[float, float, float]:
+    """Sums of dead forces times motion, of forces times prescribed motion, and of fixed forces."""
+    unit = loading.proportional
+    fixed = 0.0 if loading.fixed is None else float((loading.fixed.force * free).sum())
+    return float((unit.force * free).sum()), float((force * unit.displacement).sum()), fixed
+
+
+def _work_on_fixed_grips(body: Body, balance: Equilibrium) -> float:
+    """Sum of reactions times fixed displacements [N]."""
+    fixed = body.loading.fixed
+    if fixed is None:
+        return 0.0
+    return float(((balance.internal_force - balance.contact_force) * fixed.displacement).sum())
 
 
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
@@ -324,7 +361,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     parts, factor = loading.boundaries.values(), balance.load_factor
     reaction = np.array(
         [
-            (factor * part.force + np.where(part.holds, held[part.nodes], 0.0)).sum(axis=0)
+            (part.force_at(factor) + np.where(part.holds, held[part.nodes], 0.0)).sum(axis=0)
             for part in parts
         ]
     ).reshape(-1, 2)

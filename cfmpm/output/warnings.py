@@ -144,7 +144,7 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
     """
     grid = body.grid
     found = [*unusual(scene), *body.loading.warnings]
-    if not (body.loading.force.any() or body.loading.displacement.any()):
+    if not body.loading.any:
         found.append(
             "nothing loads the body, so all results are zero: give loads a traction, a force or a "
             "displacement other than zero, or a body_force"
@@ -376,6 +376,31 @@ def _volume_ratios(body: Body, balance: Equilibrium) -> NDArray[np.float64]:
         return ratio
     _, patch = np.unique(patch_of(body.patches, points), return_inverse=True)
     return np.bincount(patch, points.volume * ratio) / np.bincount(patch, points.volume)
+
+
+def doubts_of_fixed_loads(
+    body: Body, balance: Equilibrium, values: Mapping[str, NDArray[np.float64]]
+) -> Iterator[str]:
+    """Name the tips of which no load factor at fracture is known.
+
+    Parameters
+    ----------
+    body : Body
+    balance : Equilibrium
+    values : mapping of str to (tip,) array
+        From `evaluate_tips`.
+    """
+    if balance.parts is None or "critical_load_factor" not in values:
+        return
+    for tip, factor, k in zip(
+        body.grid.tips, values["critical_load_factor"], values["K_I"], strict=True
+    ):
+        if np.isnan(factor) and not np.isnan(k):
+            yield (
+                f"{tip.name}: no critical_load_factor: the fixed loads alone reach g_c, or crack "
+                "faces press on each other at that load, where the state is no sum of the one "
+                "under fixed and the one under proportional loads"
+            )
 
 
 def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[str]:

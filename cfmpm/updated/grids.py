@@ -30,7 +30,7 @@ def with_margin(body: Body, scene: Scene) -> Grid:
     margin = scene.updated.margin
     if margin is None:
         levels = scene.load_steps if isinstance(scene.load_steps, list) else [1.0]
-        reach = np.abs(body.loading.displacement).max() * np.abs(levels).max()
+        reach = np.abs(body.loading.proportional.displacement).max() * np.abs(levels).max()
         margin = float(reach) + MARGIN * size
     grid = build_grid(
         surround(body.triangulation, margin, mesh_size(scene) or MARGIN * size),

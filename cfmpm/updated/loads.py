@@ -9,7 +9,7 @@ import numpy as np
 
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid, Ints
-from cfmpm.body.loads import hold_nodes
+from cfmpm.body.loads import NodalLoads, hold_nodes
 from cfmpm.body.motion import Motion, nearest_filled
 from cfmpm.body.points import locate
 from cfmpm.body.springs import Springs, ghost, supports
@@ -40,7 +40,8 @@ def load_grid(body: Body, motion: Motion) -> Body:
     area = np.bincount(rows.element, rows.volume * volume_ratio(motion.base), len(grid.elements))
     fill = area / grid.areas
     loading = motion.loading
-    force = loading.force - loading.own_weight
+    if motion.reset.fixed and not loading.is_proportional:
+        raise SolveError("fixed loads do not go with updated.grid: fixed; take grid: following")
     place = motion.triangle.copy()
     astray = np.flatnonzero(motion.smoothed) if not motion.reset.fixed else np.arange(len(place))
     if motion.resets and astray.size:
@@ -53,24 +54,19 @@ def load_grid(body: Body, motion: Motion) -> Body:
     # Beyond the last triangle with material the field of that goes on.
     motion = replace(motion, triangle=place, carrier=nearest_filled(grid, filled)[place])
     if motion.reset.fixed:
-        force = _spread(grid, motion, force)
-        nothing = np.zeros_like(grid.nodes)
         loading = replace(
             loading,
-            prescribed=np.zeros(nothing.shape, bool),
-            displacement=nothing,
+            prescribed=np.zeros(grid.nodes.shape, bool),
             boundaries={},
             loose=np.zeros((0, 1, 2)),
             node_area=np.ones((1, 1)),
         )
     motion = replace(motion, forces=tuple(_springs(body, motion, fill)))
-    own_weight = np.zeros_like(force)
-    if loading.body_force.any():
-        shape = grid.basis_values(rows.element, rows.position)
-        own_weight = assembly.body_force(
-            grid.elements, len(grid.nodes), rows.element, shape, rows.volume, loading.body_force
-        )
-    loading = replace(loading, force=force + own_weight, own_weight=own_weight)
+    loading = replace(
+        loading,
+        proportional=_on_grid(body, motion, loading.proportional),
+        fixed=None if loading.fixed is None else _on_grid(body, motion, loading.fixed),
+    )
     return replace(
         body,
         motion=replace(motion, fill=_least_fill(grid, fill)),
@@ -78,6 +74,22 @@ def load_grid(body: Body, motion: Motion) -> Body:
         empty_elements=_holes(grid, motion, rows.element),
         floating_nodes=len(floating),
     )
+
+
+def _on_grid(body: Body, motion: Motion, loads: NodalLoads) -> NodalLoads:
+    """Put loads on the nodes of the reference onto the grid as it is now."""
+    grid, rows = body.grid, body.integration
+    force, displacement = loads.force - loads.own_weight, loads.displacement
+    if motion.reset.fixed:
+        # What is prescribed, springs do.
+        force, displacement = _spread(grid, motion, force), np.zeros_like(grid.nodes)
+    own_weight = np.zeros_like(force)
+    if loads.body_force.any():
+        shape = grid.basis_values(rows.element, rows.position)
+        own_weight = assembly.body_force(
+            grid.elements, len(grid.nodes), rows.element, shape, rows.volume, loads.body_force
+        )
+    return NodalLoads(force + own_weight, displacement, own_weight, loads.body_force)
 
 
 def _least_fill(grid: Grid, fill: Floats) -> float:
@@ -122,7 +134,7 @@ def _springs(body: Body, motion: Motion, fill: Floats) -> Iterator[Springs]:
             axis,
             STIFFNESS * modulus,
             motion.displacement[tracer, axis],
-            loading.per_factor.displacement[tracer, axis],
+            loading.proportional.displacement[tracer, axis],
         )
     weight = motion.reset.ghost * modulus
     stabilisation = ghost(grid, fill, LITTLE, weight) if weight else None

@@ -14,9 +14,9 @@ from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
 
 
-def load(loads, grid=None, element="T3"):
+def load(loads, grid=None, element="T3", fixed=()):
     grid = grid or build_grid(rectangle(4, 2, 4.0, 2.0, crack=(1, 0, 2)), element)
-    return grid, apply_loads(_loads(loads), {}, grid, seed(grid))
+    return grid, apply_loads(_loads(loads), {}, grid, seed(grid), fixed)
 
 
 def _loads(loads):
@@ -37,11 +37,11 @@ def test_traction_has_its_resultant_and_moment(element):
         ],
         element=element,
     )
-    np.testing.assert_allclose(loading.force.sum(axis=0), [2.0, 12.0], rtol=1e-14)
+    np.testing.assert_allclose(loading.proportional.force.sum(axis=0), [2.0, 12.0], rtol=1e-14)
     x = grid.nodes - [2.0, 2.0]
-    moment = x[:, 0] * loading.force[:, 1] - x[:, 1] * loading.force[:, 0]
+    moment = x[:, 0] * loading.proportional.force[:, 1] - x[:, 1] * loading.proportional.force[:, 0]
     assert moment.sum() == pytest.approx(0.0, abs=1e-13)
-    corner = loading.force[np.all(grid.nodes == [0, 2], axis=1)][0]
+    corner = loading.proportional.force[np.all(grid.nodes == [0, 2], axis=1)][0]
     # One half of an edge for the linear basis, one sixth for the quadratic.
     np.testing.assert_allclose(corner, np.array([0.5, 3.0]) / (2 if element == "T3" else 6))
 
@@ -55,7 +55,7 @@ def test_body_force_is_shared_out_in_full(element):
         ],
         element=element,
     )
-    np.testing.assert_allclose(loading.own_weight.sum(axis=0), [0.8, -2.4], rtol=1e-13)
+    np.testing.assert_allclose(loading.proportional.own_weight.sum(axis=0), [0.8, -2.4], rtol=1e-13)
 
 
 def test_a_box_takes_the_boundary_inside_it():
@@ -70,7 +70,7 @@ def test_a_box_takes_the_boundary_inside_it():
         int(np.flatnonzero(np.all(grid.nodes == [0, 0], axis=1))[0])
     ]
     # One of the top and a tenth of the right.
-    np.testing.assert_allclose(loading.force.sum(axis=0), [0, 1.1], rtol=1e-14)
+    np.testing.assert_allclose(loading.proportional.force.sum(axis=0), [0, 1.1], rtol=1e-14)
 
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
@@ -85,8 +85,10 @@ def test_a_traction_is_cut_at_the_border_of_its_box(cells, element):
         ],
         build_grid(rectangle(*cells, 4.0, 2.0), element),
     )
-    np.testing.assert_allclose(loading.force.sum(axis=0), [1.4 + 0.8, 2.8], rtol=1e-13)
-    np.testing.assert_allclose(moment(grid, loading.force), 2.8 - 2.8 - 0.8 * 0.29, rtol=1e-12)
+    np.testing.assert_allclose(loading.proportional.force.sum(axis=0), [1.4 + 0.8, 2.8], rtol=1e-13)
+    np.testing.assert_allclose(
+        moment(grid, loading.proportional.force), 2.8 - 2.8 - 0.8 * 0.29, rtol=1e-12
+    )
 
 
 def moment(grid, force):
@@ -294,3 +296,70 @@ def test_a_displacement_at_rest_has_no_motion_that_nothing_holds(element, suppor
     for axis in support:
         held = y == 0.0, "xy".index(axis)
         np.testing.assert_array_equal(found[held], moved[held])
+
+
+HELD = {"edge": "bottom", "displacement": {"x": 0, "y": 0}}
+BOTH = [
+    HELD,
+    {"name": "weight", "body_force": [0.1, -0.3]},
+    {"name": "grip", "edge": "left", "displacement": {"x": 0}},
+    {"name": "fixed_pull", "edge": "top", "traction": [0.5, 3.0]},
+    {"name": "pull", "edge": "top", "traction": [1.0, 2.0]},
+]
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("factor", [0.0, 1.0, -2.5])
+def test_fixed_loads_act_in_full_at_every_factor(element, factor):
+    fixed = {"weight", "fixed_pull"}
+    _, loading = load(BOTH, element=element, fixed=fixed)
+    _, alone = load([part for part in BOTH if part.get("name") != "pull"], element=element)
+    _, others = load([part for part in BOTH if part.get("name") not in fixed], element=element)
+    at = loading.at(factor)
+    expected = alone.proportional.plus(others.proportional.times(factor))
+    np.testing.assert_allclose(at.force, expected.force, atol=1e-14)
+    np.testing.assert_allclose(at.own_weight, expected.own_weight, atol=1e-14)
+    np.testing.assert_allclose(at.body_force, [0.1, -0.3], rtol=1e-15)
+    assert not loading.is_proportional
+    assert loading.fixed_names == fixed
+    np.testing.assert_array_equal(loading.prescribed, alone.prescribed)
+    parts = loading.boundaries["fixed_pull"], loading.boundaries["pull"]
+    for part, expected in zip(parts, ([2.0, 12.0], [4.0 * factor, 8.0 * factor]), strict=True):
+        np.testing.assert_allclose(part.force_at(factor).sum(axis=0), expected, atol=1e-13)
+
+
+def test_a_fixed_displacement_adds_to_a_proportional_one():
+    """Loads of one part must agree at a node; those of the two parts add up."""
+    grip = [
+        {"name": "set", "edge": "top", "displacement": {"y": 0.1}},
+        {"name": "driven", "edge": "top", "displacement": {"y": 0.3}},
+    ]
+    with pytest.raises(SceneError, match=r"u_y = 0.3 mm where loads\[1\] prescribes 0.1 mm"):
+        load([HELD, *grip])
+    grid, loading = load([HELD, *grip], fixed={"set"})
+    top = np.unique(grid.edges["top"])
+    np.testing.assert_allclose(loading.at(2.0).displacement[top, 1], 0.7, rtol=1e-15)
+    # The force there is reported once, at the part that came first.
+    assert loading.boundaries["set"].holds[:, 1].all()
+    assert not loading.boundaries["driven"].holds.any()
+
+
+def test_each_part_has_to_be_in_balance():
+    """Opposite at factor one, but at no other."""
+    loads = [
+        {"name": "up", "edge": "top", "traction": [0, 1]},
+        {"name": "down", "edge": "bottom", "traction": [0, -1]},
+    ]
+    assert load(loads)[1].held == 3
+    for fixed in ({"up"}, {"down"}):
+        with pytest.raises(SceneError, match="out of balance"):
+            load(loads, fixed=fixed)
+    assert load(loads, fixed={"up", "down"})[1].held == 3
+
+
+def test_nothing_fixed_is_proportional():
+    zero = {"name": "zero", "edge": "top", "traction": [0, 0]}
+    _, loading = load([HELD, zero], fixed={"zero"})
+    assert loading.is_proportional
+    assert not loading.any
+    assert not loading.fixed_alone().any

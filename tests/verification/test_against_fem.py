@@ -87,8 +87,10 @@ def test_same_grid_same_answer(element, loads):
     loading = result.loading
     # A force is the traction on two sides, whose lengths are differences of coordinates.
     error = round_off.of_sum(np.full(2, 10.0 * np.abs(grid.nodes).max()))
-    np.testing.assert_allclose(loading.force, system.load[dofs], rtol=0, atol=error)
-    u, energy = independent_solution(system, dofs, loading.prescribed, loading.displacement)
+    np.testing.assert_allclose(loading.proportional.force, system.load[dofs], rtol=0, atol=error)
+    u, energy = independent_solution(
+        system, dofs, loading.prescribed, loading.proportional.displacement
+    )
     free = dofs[~loading.prescribed]
     u = loading.at_rest(u)  # both hold what no support holds, at the same nodes
     error = round_off.of_solution(system.stiffness.tocsr()[free][:, free], u)

@@ -96,7 +96,7 @@ def assert_complementary(solved: Solved) -> None:
     outer = np.where(
         loading.prescribed,
         solved.balance.internal_force - solved.balance.contact_force,
-        loading.force,
+        loading.proportional.force,
     )
     unbalanced = outer + solved.balance.contact_force - solved.balance.internal_force
     assert np.abs(unbalanced).max() < 1e-10 * np.abs(solved.balance.internal_force).max()

@@ -202,7 +202,7 @@ def test_each_force_belongs_to_one_part(kind, element):
             np.testing.assert_allclose(
                 [part.reaction_x, part.reaction_y], expected, rtol=1e-12, atol=1e-12
             )
-    weight = result.loading.own_weight.sum(axis=0)
+    weight = result.loading.proportional.own_weight.sum(axis=0)
     total = np.array([history.reaction_x.sum(), history.reaction_y.sum()]) + weight
     error = linear(result).of_force.sum(axis=0)
     assert (np.abs(total) < error).all()

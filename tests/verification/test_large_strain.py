@@ -229,7 +229,9 @@ def test_nothing_leans_against_what_holds_the_plate(dead_traction):
     """A body in balance with its loads needs no force where rigid motions are held."""
     found, _ = dead_traction
     held = found.loading.prescribed
-    force = found.balance.internal_force - found.balance.load_factor * found.loading.force
+    force = (
+        found.balance.internal_force - found.balance.load_factor * found.loading.proportional.force
+    )
     assert np.abs(force[held]).max() < 1e-8 * 100.0 * 500.0
 
 
@@ -507,9 +509,11 @@ def test_limit_pressure_of_a_thick_cylinder(element, size):
     grid, loading = problem.grid, problem.loading
     wall = np.unique(grid.edges["inside"])
     outwards = grid.nodes[wall] / np.hypot(*grid.nodes[wall].T)[:, None]
-    held, values = loading.prescribed.copy(), loading.displacement.copy()
+    loads = loading.proportional
+    held, values = loading.prescribed.copy(), loads.displacement.copy()
     held[wall], values[wall] = True, 0.01 * inner * outwards
-    problem = replace(problem, loading=replace(loading, prescribed=held, displacement=values))
+    loads = replace(loads, displacement=values)
+    problem = replace(problem, loading=replace(loading, prescribed=held, proportional=loads))
     state = stepping.at_rest(problem)
     for factor in np.linspace(0.0, 1.0, 21)[1:]:
         state = stepping.advance(problem, state, factor)

@@ -1,0 +1,221 @@
+"""The load factor at which a crack runs, where a fixed part of the loads does not grow with it.
+
+At small strain the state is u = u_fixed + f u_proportional as long as no crack faces press on each
+other. So K_I, K_II and T are linear in the load factor f (superposition), and what is of second
+order in the state, as J, G and the configurational force, is a quadratic polynomial in f (Betti's
+reciprocal theorem: twice the mutual term of both parts stands with f). As K_II / K_I changes with
+f, so does the kink: its driving force is no polynomial, and its root is searched for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from scipy.optimize import brentq
+
+from cfmpm.body.body import Body
+from cfmpm.body.crack_faces import smallest_openings
+from cfmpm.body.grid import CrackTip, Floats, regions_ahead
+from cfmpm.equilibrium.balance import Equilibrium, Parts
+from cfmpm.equilibrium.contact import TOUCH
+from cfmpm.fracture import cf
+from cfmpm.fracture.criteria.protocols import Direction, direction_by, is_closed
+from cfmpm.fracture.evaluation import evaluate_tips, kink
+
+# Of the values at tips, those of first and of second order in the state.
+LINEAR = ("K_I", "K_II", "T_stress")
+QUADRATIC = ("J", "G", "cf_x", "cf_y", "cf_tip_x", "cf_tip_y")
+# Doublings of the load factor after which nothing is found any more.
+DOUBLINGS = 60
+# Of what is one where a crack runs: a root, and not the jump of a tip that opens.
+ROOT = 1e-8
+
+
+@dataclass(frozen=True)
+class TipsByFactor:
+    """Values at the tips of a body at any load factor, without contact of crack faces.
+
+    Attributes
+    ----------
+    tips : tuple of CrackTip
+    direction : Direction
+        By which a kink turns.
+    constant, first, second : dict of str to (tip,) array
+        Coefficients of the powers of the load factor, by the names of a history's variables.
+    """
+
+    tips: tuple[CrackTip, ...]
+    direction: Direction
+    constant: dict[str, Floats]
+    first: dict[str, Floats]
+    second: dict[str, Floats]
+
+    @classmethod
+    def of(cls, body: Body, gradients: Floats, parts: Parts, direction: str) -> Self:
+        """Evaluate the parts of a state.
+
+        Parameters
+        ----------
+        body : Body
+        gradients : (p, k, 2) float
+            Basis gradients at its quadrature points [1/mm].
+        parts : Parts
+            Of its state.
+        direction : str
+            The word in `registry.criteria` of where cracks turn to.
+        """
+        alone = replace(body, loading=body.loading.proportional_alone())
+        constant, second, both = (
+            _evaluated(of, gradients, part, direction)
+            for of, part in ((body, parts.fixed), (alone, parts.proportional), (body, parts.both))
+        )
+        f = parts.both.load_factor
+        first = {name: second[name] for name in LINEAR if name in second}
+        for name in QUADRATIC:
+            first[name] = (both[name] - constant[name] - f * f * second[name]) / f
+        return cls(
+            tips=body.grid.tips,
+            direction=direction_by(direction),
+            constant={name: constant[name] for name in first},
+            first=first,
+            second={name: second[name] for name in QUADRATIC},
+        )
+
+    def at(self, load_factor: float) -> dict[str, Any]:
+        """Return the values at a load factor, (tip,) each."""
+        values: dict[str, Any] = {
+            name: self.constant[name]
+            + load_factor * self.first[name]
+            + (load_factor**2 * self.second[name] if name in self.second else 0.0)
+            for name in self.first
+        }
+        return self._completed(values)
+
+    def proportional(self) -> dict[str, Any]:
+        """Return the values of the proportional part alone, at load factor one."""
+        return self._completed({n: self.second.get(n, self.first[n]) for n in self.first})
+
+    def _completed(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Add what follows from these values."""
+        forces = np.column_stack([values["cf_x"], values["cf_y"]])
+        values["cf_norm"] = np.hypot(*forces.T)
+        pairs = zip(forces, self.tips, strict=True)
+        values["cf_angle"] = np.array([cf.angle(force, tip) for force, tip in pairs])
+        if "K_I" in values:
+            rows = [kink(_of_tip(values, i), self.direction) for i in range(len(self.tips))]
+            for name in ("kink_angle", "G_kink"):
+                values[name] = np.array([row[name] for row in rows])
+        return values
+
+
+def factor_at_fracture(drive: Callable[[float], float], alone: float) -> float:
+    """Return the load factor at which what drives a crack reaches its toughness.
+
+    Parameters
+    ----------
+    drive : callable
+        Root of driving force over toughness at a load factor.
+    alone : float
+        The same of the proportional part alone, at load factor one.
+
+    Returns
+    -------
+    float
+        The least one above zero; infinite where none is found, and nan where the fixed part alone
+        gets there, or where `drive` jumps over one as a tip opens.
+
+    Notes
+    -----
+    The root of the driving force of a kink is the largest over its angle of what is linear in K_I
+    and K_II (`max_hoop`) or the length of a vector that is (`max_energy`): convex in them, and of
+    first degree. So from below one it is one at one factor at the most, and never where the
+    proportional part by itself drives nothing. For cf the same holds: with CF of Irwin's K,
+    2 |CF|^2 is in proportion to (K_I + K_II)^4 + (K_I - K_II)^4. Doubling cannot step over a root.
+
+    Examples
+    --------
+    >>> round(factor_at_fracture(lambda f: 0.5 + 0.25 * f, 0.25), 12)
+    2.0
+    >>> factor_at_fracture(lambda f: 1.5 + f, 1.0)
+    nan
+    """
+    if not drive(0.0) < 1.0:
+        return math.nan
+    if not alone > 0.0:
+        return math.inf
+    low, high = 0.0, 1.0 / alone
+    for _ in range(DOUBLINGS):
+        if drive(high) >= 1.0:
+            break
+        low, high = high, 2.0 * high
+    else:
+        return math.inf
+    root = float(
+        brentq(lambda f: drive(f) - 1.0, low, high, xtol=1e-300, rtol=4.0 * np.finfo(float).eps)
+    )
+    return root if abs(drive(root) - 1.0) <= ROOT else math.nan
+
+
+def critical_load_factors(body: Body, by_factor: TipsByFactor, parts: Parts) -> dict[str, Floats]:
+    """Find the load factor at which the kink of each tip reaches its toughness.
+
+    Parameters
+    ----------
+    body : Body
+    by_factor : TipsByFactor
+    parts : Parts
+
+    Returns
+    -------
+    dict of str to (tip,) array
+        `critical_load_factor`, as of `factor_at_fracture`; nan also without a toughness or K, and
+        where crack faces would press on each other at that factor: then the state is no sum of
+        its parts. Nothing where no tip has a toughness and K.
+    """
+    found = np.full(len(by_factor.tips), np.nan)
+    if "K_I" not in by_factor.first or np.isnan(body.materials.g_c).all():
+        return {}
+    alone = by_factor.proportional()
+    for i, tip in enumerate(by_factor.tips):
+        region = regions_ahead(body.grid, tip, tip.tangent)[0]
+        toughness = float(body.materials.g_c[region])
+        if math.isnan(toughness) or math.isnan(by_factor.first["K_I"][i]):
+            continue
+
+        def drive(factor: float, i: int = i, toughness: float = toughness) -> float:
+            return _drive(by_factor.at(factor), i, toughness)
+
+        factor = factor_at_fracture(drive, _drive(alone, i, toughness))
+        found[i] = math.nan if presses(body, parts, factor) else factor
+    return {"critical_load_factor": found}
+
+
+def presses(body: Body, parts: Parts, load_factor: float) -> bool:
+    """Whether crack faces would overlap at a load factor, if contact did not keep them apart."""
+    if not math.isfinite(load_factor):
+        return False
+    u = parts.fixed.displacement + load_factor * parts.proportional.displacement
+    openings = smallest_openings(body.grid, u)
+    slack = TOUCH * np.abs(u).max(initial=0.0)
+    return any(opening < -slack for opening in openings.values())
+
+
+def _drive(values: Mapping[str, Any], i: int, toughness: float) -> float:
+    """Root of the driving force of the kink of a tip over its toughness; zero where closed."""
+    if is_closed(values["K_I"][i], values["K_II"][i]):
+        return 0.0
+    return math.sqrt(max(float(values["G_kink"][i]), 0.0) / toughness)
+
+
+def _evaluated(body: Body, gradients: Floats, part: Equilibrium, direction: str) -> dict[str, Any]:
+    density = body.loading.at(part.load_factor).body_force
+    nodal = cf.nodal_force(body.grid, part.points, gradients, density)
+    return evaluate_tips(body, gradients, part, nodal, direction=direction)
+
+
+def _of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
+    return {name: value[i] for name, value in values.items()}
