@@ -122,10 +122,7 @@ def solve(
     if last is not None and last.proportional:
         return last
     factor = 1.0 if problem.loading.is_proportional else level
-    with clock("stiffness"):  # step 3
-        stiffness = small_strain.assemble_stiffness(problem)
-    with clock("equilibrium"):  # steps 4 to 6: forces, balance, state of the points
-        balance = small_strain.solve_linear(problem, stiffness, factor)
+    balance = _solve_small(problem, factor, clock)
     if scene.kinematics != "auto":
         return balance
     levels = load_levels(scene)
@@ -244,6 +241,14 @@ def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, scale: fl
 def _may_be_finite(scene: Scene) -> bool:
     """Whether nothing else that a scene asks for needs small strain."""
     return scene.plane == "strain" and scene.growth is None
+
+
+def _solve_small(problem: BoundaryValueProblem, factor: float, clock: Clock) -> Equilibrium:
+    """Solve at small strain; the stiffness is freed with the return."""
+    with clock("stiffness"):  # step 3
+        stiffness = small_strain.assemble_stiffness(problem)
+    with clock("equilibrium"):  # steps 4 to 6: forces, balance, state of the points
+        return small_strain.solve_linear(problem, stiffness, factor)
 
 
 def _solve_finite(
