@@ -137,7 +137,7 @@ def solve(
         balance = replace(balance, finite_effect=effect)
         # The least and the greatest load, and that of the fixed loads alone.
         for end in {min(levels), max(levels), 0.0} if may_be_finite else ():
-            other = small_strain.solve_linear(problem, stiffness, end)
+            other = _solve_small(problem, end, clock)
             effect = max(effect, finite_effect(problem, other))
     if may_be_finite and (min(levels) < 0.0 or effect > NEGLIGIBLE):
         return _solve_finite(problem, None, level, clock)
