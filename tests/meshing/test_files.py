@@ -291,6 +291,6 @@ def test_a_run_goes_on_without_its_file_and_not_with_another_one(tmp_path, monke
     with pytest.raises(SceneError, match="no such file"):
         scene_from_dict(config)
     write(tmp_path / "a.msh", clockwise=True)
-    with pytest.raises(SceneError, match="not what it was when sha256 was taken"):
+    with pytest.raises(SceneError, match="has changed since sha256 was taken"):
         scene_from_dict(config)
     assert changed_keys(scene, scene_from_dict(data)) == ["mesh_file"]

@@ -117,7 +117,7 @@ def test_values_that_are_no_numbers_become_text(tmp_path: Path) -> None:
     _, _, dataset = solved(tmp_path, text)
     assert dataset["element"].values.tolist() == ["T3", "T6"]
     assert dataset["graded"].values.tolist() == ["uniform", '{"tip_size": 0.5}']
-    assert dataset["graded"].attrs["long_name"].startswith("towards crack tips")
+    assert dataset["graded"].attrs["long_name"].startswith("element size near crack tips")
     nodes = dataset["n_nodes"].sel(element="T6", graded="uniform")
     assert nodes.sel(size="fine") > nodes.sel(size="coarse")
 
@@ -291,5 +291,5 @@ def test_what_the_scene_says_about_a_key(stationary, growing) -> None:
     assert described(scene, "family.kind") == {"key": "family.kind"}
     assert described(scene, "growth.increments") == {"key": "growth.increments"}
     assert described(growing[0].members[0].scene, "growth.increments")["long_name"].startswith(
-        "after how many"
+        "largest number of increments"
     )

@@ -127,7 +127,7 @@ REFUSED = [
         "{values: [2]}",
         4,
         "product.length.key",
-        "is missing: of the scene, such as",
+        "is missing: key of the scene, such as",
     ),
     ("values: [2, 4]", "valus: [2, 4]", 4, "product.length.valus", "did you mean values?"),
     ("values: [2, 4]", "values: []", 4, "product.length.values", "must be a list of values"),
