@@ -219,7 +219,7 @@ def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, scale: fl
         load, in proportion.
     """
     points, loading = balance.points, problem.loading
-    energy = np.sum(points.energy * points.volume)
+    energy = points.energy @ points.volume
     stiffest = problem.materials.elastic.max()
     if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max():
         return 0.0

@@ -11,8 +11,10 @@ from cfmpm.output.checkpoint import Start
 from cfmpm.output.record import Record
 from cfmpm.scene import Scene
 from cfmpm.state import Result, State
+from cfmpm.threads import one_blas_thread
 
 
+@one_blas_thread()
 def run(
     scene: Scene,
     announce: Callable[[str], None] = lambda phase: None,
@@ -48,6 +50,9 @@ def run(
     -----
     Small strain and linear elasticity need one solve for all load steps: Newton's loop (5) ends
     after one iteration, positions stay (6), and the grid is not reset (9).
+
+    All results are the same bits for any number of threads: kernels run serially, and dense linear
+    algebra is kept to one thread (`threads`).
     """
     clock = Clock(announce)
     with clock("grid"):

@@ -51,12 +51,12 @@ def hold_rigid_motions(
         modes, loose = _unheld_motions(x, prescribed[nodes])
         if len(loose) == 0:
             continue
-        resultant = np.einsum("km,k->m", modes, force[nodes].ravel())
+        resultant = force[nodes].ravel() @ modes
         scale = np.abs(force[nodes]).sum()
         if np.abs(loose @ resultant).max() > BALANCE * scale:
             reason = _unheld(grid, nodes, force[nodes])
             raise UnheldError([Problem(reason, "loads")], x.mean(axis=0))
-        motions = np.einsum("km,lm->kl", modes, loose)
+        motions = modes @ loose.T
         number = np.arange(len(grid.nodes))[nodes]
         holds = []
         for _ in loose:
@@ -65,7 +65,7 @@ def hold_rigid_motions(
             holds.append((number[chosen // 2], chosen % 2))
             prescribed[holds[-1]] = True
             along = motions[chosen] / np.hypot.reduce(motions[chosen])
-            motions = motions - np.einsum("kl,l->k", motions, along)[:, None] * along
+            motions = motions - np.outer(motions @ along, along)
         held += len(loose)
         for place in holds:
             prescribed[place] = False
@@ -83,7 +83,7 @@ def loose_motions(grid: Grid, prescribed: NDArray[np.bool_], node_area: Floats) 
     Of the whole body, so that taking them out leaves parts in contact where they are.
     """
     modes, loose = _unheld_motions(grid.nodes, prescribed)
-    motions = np.einsum("km,lm->lk", modes, loose).reshape(len(loose), *grid.nodes.shape)
+    motions = (loose @ modes.T).reshape(len(loose), *grid.nodes.shape)
     motions[:, prescribed] = 0.0  # which they are, but for round-off
     products = np.einsum("ank,bnk->ab", motions, node_area * motions)
     return np.einsum("ab,bnk->ank", np.linalg.inv(np.linalg.cholesky(products)), motions)
@@ -100,8 +100,7 @@ def _unheld_motions(x: Floats, prescribed: NDArray[np.bool_]) -> tuple[Floats, F
     """
     modes = rigid_body_modes(x, np.ones(x.shape, bool))
     fixed = modes[prescribed.ravel()]
-    # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
-    _, sizes, directions = np.linalg.svd(np.einsum("ki,kj->ij", fixed, fixed))
+    _, sizes, directions = np.linalg.svd(fixed.T @ fixed)
     return modes, directions[sizes <= 1e-12 * max(1.0, len(fixed))]
 
 

@@ -7,12 +7,12 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csc_array, hstack
 
 from cfmpm.body.crack_faces import FacePairs, Turning, face_pairs, turning_of
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.errors import SolveError
-from cfmpm.kernels.dense import cholesky_solve
 from cfmpm.linear.engine import NotPositiveDefiniteError
 from cfmpm.linear.solvers import Factor, Solution
 
@@ -22,6 +22,8 @@ TOUCH = 1e-10
 # change one at a time; and rounds altogether.
 PATIENCE = 5
 ROUNDS = 200
+# Part of a diagonal entry below which the pivot that is left of it is round-off.
+NOISE = 1e-15
 
 
 class Solver(Protocol):
@@ -238,7 +240,7 @@ class TurningStiffness:
         self._solved = np.array([factor.solve(column).x for column in columns])
         # [0 1; 1 0] for each crack is its own inverse.
         self._small = np.kron(np.eye(len(columns) // 2), [[0.0, 1.0], [1.0, 0.0]])
-        self._small += np.einsum("ik,jk->ij", self._columns, self._solved)
+        self._small += self._columns @ self._solved.T
         # By Haynsworth's inertia, where K is positive definite the sum is so too if this has as
         # many positive eigenvalues as negative ones.
         if np.count_nonzero(np.linalg.eigvalsh(self._small) > 0.0) != len(columns) // 2:
@@ -247,8 +249,8 @@ class TurningStiffness:
     def solve(self, b: Floats) -> Solution:
         """Solve for the free components, as `Factor.solve` does."""
         plain = self._factor.solve(b)
-        part = np.linalg.solve(self._small, np.einsum("ik,k->i", self._columns, plain.x))
-        return replace(plain, x=plain.x - np.einsum("ik,i->k", self._solved, part))
+        part = np.linalg.solve(self._small, self._columns @ plain.x)
+        return replace(plain, x=plain.x - part @ self._solved)
 
 
 def _turned_by_quarter(vectors: Floats) -> Floats:
@@ -315,7 +317,7 @@ def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Sol
         known |= closed
         force = np.zeros(k)
         force[closed] = _closing_force(flexibility, gap, np.flatnonzero(closed))
-        opening = gap + np.einsum("ij,j->i", flexibility, force)
+        opening = gap + flexibility @ force
         wrong = np.where(closed, force < 0.0, opening < -slack)
         count = int(wrong.sum())
         if count == 0:
@@ -336,10 +338,17 @@ def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Sol
 
 def _closing_force(flexibility: Floats, gap: Floats, closed: Ints) -> Floats:
     """Forces that close the given pairs, and leave the others free."""
-    force = cholesky_solve(flexibility[np.ix_(closed, closed)], -gap[closed])
-    if np.isnan(force).any():
+    if not len(closed):
+        return np.zeros(0)
+    matrix = flexibility[np.ix_(closed, closed)]
+    try:
+        factor = cho_factor(matrix)
+        sound = np.square(factor[0].diagonal()) > NOISE * matrix.diagonal()
+    except np.linalg.LinAlgError:
+        sound = np.zeros(1, bool)
+    if not sound.all():
         raise SolveError(
             f"contact of crack faces: {len(closed)} pairs of nodes cannot all be closed, as their "
             "openings depend on each other; look for cracks that cross or meet at a flat angle"
         )
-    return force
+    return np.asarray(cho_solve(factor, -gap[closed]))

@@ -133,7 +133,7 @@ class March:
             grid.elements, points.element, self._problem.gradients, points.material, elastic, rate
         )[2]
         modulus = elastic[:, 0, 0][points.material]
-        strain = math.sqrt(2.0 * np.sum(energy * points.volume) / np.sum(modulus * points.volume))
+        strain = math.sqrt(2.0 * (energy @ points.volume) / (modulus @ points.volume))
         if strain * abs(total) <= FIRST_STRAIN:
             return total
         return math.copysign(FIRST_STRAIN / strain, total)
@@ -277,7 +277,7 @@ class March:
             return np.where(self._free, external + pushed - at.resistance, 0.0)
 
         left = unbalanced(trial)
-        size, work = float(np.sqrt(np.sum(left * left))), float(np.sum(left * along))
+        size, work = np.linalg.norm(left), np.vdot(left, along)
         part = 1.0
         while part >= SHORTEST:
             try:
@@ -286,8 +286,8 @@ class March:
                 part *= 0.5
                 continue
             left = unbalanced(shorter)
-            smaller = np.sqrt(np.sum(left * left)) < size
-            if smaller or abs(np.sum(left * along)) <= LINE_SEARCH * abs(work):
+            smaller = np.linalg.norm(left) < size
+            if smaller or abs(np.vdot(left, along)) <= LINE_SEARCH * abs(work):
                 return shorter
             part *= 0.5
         raise SolveError("no part of Newton's correction brings the body nearer to balance")

@@ -123,8 +123,7 @@ def ring_weight(grid: Grid, tip: CrackTip, radius: float) -> Floats:
 
 def j_integral(nodal: Floats, q: Floats, tip: CrackTip) -> float:
     """Return J = sum_I q_I CF_I . t of a ring [N/mm] (Li, Shih and Needleman 1985)."""
-    # Not by q @ ...: the bits of a threaded BLAS depend on its threads.
-    return float(np.sum(q[:, None] * nodal * tip.tangent))
+    return float(q @ nodal @ tip.tangent)
 
 
 def angle(force: Floats, tip: CrackTip) -> float:

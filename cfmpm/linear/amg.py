@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from cfmpm.errors import SolveError
-from cfmpm.linear.engine import TOLERANCE, Floats, NotPositiveDefiniteError, dot, norm
+from cfmpm.linear.engine import TOLERANCE, Floats, NotPositiveDefiniteError
 
 CG_ITERATIONS = 500
 
@@ -19,9 +19,9 @@ CG_ITERATIONS = 500
 class Amg:
     """Conjugate gradients, preconditioned by PyAMG's smoothed aggregation.
 
-    Energy smoothing and a direct coarse solver draw no random numbers and call no threaded BLAS,
-    other than PyAMG's defaults; hence the same bits on every run. A narrow band keeps the sweeps
-    in cache, which halves their time on a mesh numbered at random.
+    Energy smoothing and a direct coarse solver draw no random numbers, other than PyAMG's
+    defaults; hence the same bits on every run. A narrow band keeps the sweeps in cache, which
+    halves their time on a mesh numbered at random.
     """
 
     direct: ClassVar[bool] = False
@@ -69,12 +69,12 @@ def _conjugate_gradients(
     r = b.copy()
     z = precondition(r)
     p = z.copy()
-    rz = dot(r, z)
+    rz = r @ z
     residuals = [1.0]
     noise = 10.0 * np.finfo(float).eps * K.diagonal().max()
     for _ in range(CG_ITERATIONS):
         Kp = K @ p
-        curvature = dot(p, Kp)
+        curvature = p @ Kp
         if not (curvature > 0.0 and rz > 0.0):
             raise NotPositiveDefiniteError(
                 f"iteration {len(residuals)} of the conjugate gradients broke down with a "
@@ -83,12 +83,12 @@ def _conjugate_gradients(
         step = rz / curvature
         x += step * p
         r -= step * Kp
-        residuals.append(norm(r) / norm(b))
+        residuals.append(float(np.linalg.norm(r) / np.linalg.norm(b)))
         # No residual can fall below the round-off of K x.
-        if residuals[-1] <= max(tolerance, noise * norm(x) / norm(b)):
+        if residuals[-1] <= max(tolerance, noise * np.linalg.norm(x) / np.linalg.norm(b)):
             return x, tuple(residuals)
         z = precondition(r)
-        rz, previous = dot(r, z), rz
+        rz, previous = r @ z, rz
         p = z + (rz / previous) * p
     raise SolveError(
         f"conjugate gradients reached a residual of {min(residuals):.1e} instead of "

@@ -62,13 +62,3 @@ class Engine(Protocol):
 def first(where: NDArray[np.bool_]) -> int:
     """Return the first place that is true."""
     return int(np.flatnonzero(where)[0])
-
-
-def dot(a: Floats, b: Floats) -> float:
-    """Return a . b by numpy's own sum: the bits of a threaded BLAS depend on its threads."""
-    return float(np.sum(a * b))
-
-
-def norm(a: Floats) -> float:
-    """Return the Euclidean norm, with the bits of `dot`."""
-    return float(np.sqrt(dot(a, a)))

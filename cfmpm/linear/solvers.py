@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from cfmpm.errors import SolveError
-from cfmpm.linear.engine import Engine, NotPositiveDefiniteError, first, norm
+from cfmpm.linear.engine import Engine, NotPositiveDefiniteError, first
 from cfmpm.registry.solvers import SOLVERS
 from cfmpm.registry.table import load
 
@@ -121,17 +121,17 @@ class Factor:
                 f"the right hand side is not finite at unknown {first(~np.isfinite(b))}: "
                 "a force was computed from an invalid state"
             )
-        if self._engine is None or not norm(b) > 0.0:
+        if self._engine is None or not np.linalg.norm(b) > 0.0:
             return Solution(np.zeros_like(b))
         x, residuals = self._engine.solve(b)
-        residual = norm(b - self._K @ x)
-        scale = self._K.diagonal().max() * norm(x) + norm(b)
+        residual = np.linalg.norm(b - self._K @ x)
+        scale = self._K.diagonal().max() * np.linalg.norm(x) + np.linalg.norm(b)
         if not residual <= BACKWARD_ERROR * scale:
             raise SolveError(
                 f"{self._solver.name} left a residual of {residual / scale:.1e} relative to "
                 f"|K||x| + |b| (allowed {BACKWARD_ERROR:.0e}); is the matrix symmetric?"
             )
-        log.debug("%r: residual %.1e", self, residual / norm(b))
+        log.debug("%r: residual %.1e", self, residual / np.linalg.norm(b))
         return Solution(x, max(len(residuals) - 1, 0))
 
     def _take_values(self) -> None:

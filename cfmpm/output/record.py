@@ -355,7 +355,6 @@ def _work_on_fixed_grips(body: Body, balance: Equilibrium) -> float:
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     """Energies, counts and the forces and displacements of the loaded parts."""
     loading, source, u = body.loading, balance.points, balance.displacement
-    # Sums by numpy itself: the bits of a threaded BLAS (a @ b) depend on its threads.
     applied = loading.at(balance.load_factor).force
     held = balance.internal_force - applied - balance.contact_force
     parts, factor = loading.boundaries.values(), balance.load_factor
@@ -379,9 +378,9 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     if body.motion is not None:
         values |= {"least_fill": body.motion.fill, "grid_resets": body.motion.resets}
     return values | {
-        "strain_energy": np.sum(source.energy * source.volume),
+        "strain_energy": source.energy @ source.volume,
         "plastic_work": (
-            np.sum(body.materials.plastic_work(source) * source.volume)
+            body.materials.plastic_work(source) @ source.volume
             if source.internal_variables.size
             else np.nan
         ),

@@ -113,9 +113,9 @@ def _by_finite(scene: Scene) -> str:
 def _adds_up(body: Body, balance: Equilibrium) -> bool:
     """Whether the work of the loads is what is stored and what plastic flow has taken."""
     points = balance.points
-    spent = np.sum(points.energy * points.volume)
+    spent = float(points.energy @ points.volume)
     if points.internal_variables.size:
-        spent += np.sum(body.materials.plastic_work(points) * points.volume)
+        spent += float(body.materials.plastic_work(points) @ points.volume)
     return bool(abs(balance.external_work - spent) <= IMBALANCE * max(abs(spent), 1e-300))
 
 

@@ -16,7 +16,8 @@ from cfmpm.study.member import Job, Outcome, solve
 from cfmpm.study.reading import Member
 from cfmpm.study.store import Store
 
-# How many threads libraries take: each reads its own as it is loaded, and none later.
+# How many threads libraries start as they are loaded. A run keeps to one (`threads`); as many
+# idle ones in each process as there are cores are more than large machines allow.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -179,7 +180,7 @@ def _serve(pipe: Connection) -> None:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Let processes that start within the ``with`` block have one thread each."""
+    """Let processes that start within the ``with`` block start no threads of libraries."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
