@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -14,15 +13,13 @@ from scipy.sparse.csgraph import connected_components
 
 from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.errors import Problem, SceneError, did_you_mean
-from cfmpm.meshing.drawing import compact, signed_areas
-from cfmpm.meshing.session import gmsh_session
+from cfmpm.meshing.drawing import signed_areas
+from cfmpm.meshing.msh import read_msh
+from cfmpm.meshing.msh_numbers import DamagedError
 from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import ON
 from cfmpm.scene.model import Scene
 
-# gmsh's element types and their numbers of nodes; the corners come first.
-LINES = {1: 2, 8: 3}
-TRIANGLES = {2: 3, 9: 6}
 # The edge of what no physical curve names: cracks have to know the whole boundary.
 UNNAMED = "boundary"
 
@@ -126,74 +123,24 @@ def _refusal(reason: str) -> SceneError:
 
 
 def _read(path: str) -> FileMesh:
-    """Read a mesh file by gmsh."""
+    """Read a mesh file."""
     try:
-        with Path(path).open("rb") as file:
-            start = file.read(11)
+        contents = read_msh(Path(path).read_bytes())
     except OSError as error:
-        raise _refusal(f"cannot be read: {error}") from error
-    if start != b"$MeshFormat":  # gmsh would run it as a script
-        raise _refusal(f"is no gmsh mesh: {path}")
-    with gmsh_session() as gmsh:
-        try:
-            gmsh.open(path)
-        except Exception as error:  # gmsh raises nothing more specific
-            raise _refusal(f"cannot be read by gmsh: {error}") from error
-        return _content(gmsh)
-
-
-def _content(gmsh: ModuleType) -> FileMesh:
-    mesh = gmsh.model.mesh
-    types = [*mesh.getElementTypes(2), *mesh.getElementTypes(3)]
-    foreign = [mesh.getElementProperties(t)[0] for t in types if t not in TRIANGLES]
-    if foreign:
-        raise _refusal(f"has {', '.join(foreign)}; triangles only are understood")
-    if not types:
-        raise _refusal("has no triangles; was it saved without a physical surface?")
-    mesh.removeDuplicateElements()  # format 2 writes an element once for each of its groups
-    mesh.renumberNodes()
-    tags, coordinates, _ = mesh.getNodes()
-
-    parts: list[Ints] = []
-    surfaces: dict[str, list[Ints]] = {}
-    count = 0
-    for tag, corners in _elements(gmsh, 2, TRIANGLES):
-        for name in _physical_names(gmsh, 2, tag):
-            surfaces.setdefault(name, []).append(np.arange(count, count + len(corners)))
-        parts.append(corners)
-        count += len(corners)
-    nodes, number = compact(tags, coordinates, np.concatenate(parts))
-    triangles = number[np.concatenate(parts)]
-    z = coordinates[2::3][number[tags] >= 0]
+        raise _refusal(f"cannot be read: {error.strerror}") from error
+    except DamagedError as error:
+        raise _refusal(str(error)) from error
+    used, number = np.unique(contents.triangles, return_inverse=True)
+    nodes, z = contents.nodes[used, :2], contents.nodes[used, 2]
     if np.ptp(z) > ON * np.ptp(nodes, axis=0).max():
         raise _refusal("is not plane: z must be the same for all nodes")
+    triangles = number.reshape(-1, 3).astype(np.int64)
     clockwise = signed_areas(nodes, triangles) < 0
     triangles[clockwise] = triangles[clockwise, ::-1]
-
-    curves: dict[str, list[Ints]] = {}
-    for tag, ends in _elements(gmsh, 1, LINES):
-        for name in _physical_names(gmsh, 1, tag):
-            curves.setdefault(name, []).append(number[ends])
-    return FileMesh(
-        nodes,
-        triangles,
-        {name: np.concatenate(numbers) for name, numbers in sorted(surfaces.items())},
-        {name: np.concatenate(pairs) for name, pairs in sorted(curves.items())},
-    )
-
-
-def _elements(gmsh: ModuleType, dim: int, known: dict[int, int]) -> Iterator[tuple[int, Ints]]:
-    """The corner nodes of the elements of each entity and type."""
-    for _, tag in gmsh.model.getEntities(dim):
-        types, _, nodes = gmsh.model.mesh.getElements(dim, tag)
-        for kind, flat in zip(types, nodes, strict=True):
-            yield tag, flat.reshape(-1, known[kind])[:, : dim + 1].astype(np.int64)
-
-
-def _physical_names(gmsh: ModuleType, dim: int, entity: int) -> list[str]:
-    groups = gmsh.model.getPhysicalGroupsForEntity(dim, entity)
-    word = ("point", "curve", "surface")[dim]
-    return [gmsh.model.getPhysicalName(dim, g) or f"{word}_{g}" for g in groups]
+    number_of = np.full(len(contents.nodes), -1)
+    number_of[used] = np.arange(len(used))
+    curves = {name: number_of[contents.lines[rows]] for name, rows in contents.curves.items()}
+    return FileMesh(nodes, triangles, contents.surfaces, curves)
 
 
 def _faults(mesh: FileMesh) -> Iterator[Problem]:
