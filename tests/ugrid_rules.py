@@ -78,8 +78,10 @@ def _connectivity_rules(file: netCDF4.Dataset, mesh: netCDF4.Variable) -> dict[s
     if name not in file.variables:
         return {"R109: the connectivity exists": False}
     faces, dims = file[name], _dimensions(file, mesh)
-    fill, start = np.asarray(_get(faces, "_FillValue")), np.asarray(_get(faces, "start_index"))
-    real = faces[:][faces[:] != fill]
+    start = np.asarray(_get(faces, "start_index"))
+    has_gaps = "_FillValue" in faces.ncattrs()  # only faces of several forms need it
+    fill = np.asarray(_get(faces, "_FillValue") if has_gaps else np.int32(-1))
+    real = np.ma.getdata(faces[:])[np.ma.getdata(faces[:]) != fill]
     shift = 1 if start == 1 else 0
     return {
         "R301 to R303: cf_role": _get(faces, "cf_role") == "face_node_connectivity",
@@ -87,7 +89,7 @@ def _connectivity_rules(file: netCDF4.Dataset, mesh: netCDF4.Variable) -> dict[s
         "R306: the second dimension is that of no element": faces.dimensions[-1]
         not in dims.values(),
         "R309: start_index": start in (0, 1),
-        "R311: three corners": bool(((faces[:] != fill).sum(axis=1) >= 3).all()),
+        "R311: three corners": bool(((np.ma.getdata(faces[:]) != fill).sum(axis=1) >= 3).all()),
         "A302, A303, A306, VTK: 32 bits": {faces.dtype, fill.dtype, start.dtype} == {INT32},
         "A307: the fill value is negative": fill.dtype == INT32 and bool(fill < 0),
         "A308: the nodes exist": "node" in dims

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -67,9 +68,8 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
     finite = full.kinematics == "finite"
     left_out = choices.left_out(full, bool(start.grid.tips), finite=finite)
-    radii = [max(domain.radii) for domain in start.tip_domains]
     folder = output or Path("results") / scene.name
-    path = save_scene(folder, full, start.grid, start.loading, radii)
+    path = save_scene(folder, scene, start)
     typer.echo(summary.of_check(full, start, solver, left_out, path))
 
 
@@ -98,6 +98,7 @@ def plot(
     from cfmpm import build, simulation
     from cfmpm.accessor import History, open_history
     from cfmpm.output.fields import build_fields
+    from cfmpm.output.fields_by_step import fields_of_last_step
     from cfmpm.output.reading import read_result
     from cfmpm.output.run_folder import FIELDS, HISTORY, INDEX
     from cfmpm.plotting import animate_growth, files
@@ -113,6 +114,10 @@ def plot(
     if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
         typer.echo(f"{fields_file} belongs to another run: not used", err=True)
         fields = None
+    by_step = (source.parent / INDEX).exists()
+    if fields is None and by_step:
+        with suppress(SceneError):  # the film names the reason
+            fields = fields_of_last_step(source.parent, history)
     if fields is None and scene.growth is None:
         typer.echo(f"no fields of this run: solving {scene.name} again", err=True)
         solved = simulation.run(scene, log_phase)
@@ -120,19 +125,18 @@ def plot(
     else:
         state = build.build(scene)
 
-    radii = [max(domain.radii) for domain in state.tip_domains]
-    written = [files.save_scene(folder, full, state.grid, state.loading, radii)]
+    written = [files.save_scene(folder, scene, state)]
     written += files.save_tip_points(folder, state) + files.save_radii(folder, history)
     written += files.save_steps(folder, history)
     if scene.growth is not None:
         written += files.save_growth(folder, history, full, state.grid)
-        if (source.parent / INDEX).exists():
+        if by_step:
             try:
                 written.append(animate_growth(source.parent, folder / "growth.gif"))
             except SceneError as error:  # the other pictures are none the worse
                 typer.echo(f"no film: {error}", err=True)
     if fields is None:
-        typer.echo("no fields of the end of this run: output.fields: true keeps them", err=True)
+        typer.echo("no fields of the last step: output.fields: true keeps them", err=True)
     else:
         written.append(files.save_deformed(folder, fields))
         written += files.save_tip_forces(folder, fields, history)

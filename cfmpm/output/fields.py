@@ -95,8 +95,9 @@ def state_fields(
         data, _coordinates(state, step, load_factor), _attributes(state.scene, attributes)
     )
     # VTK's reader copies connectivity, fill value and start index into 32 bits without looking:
-    # 64 bits overwrite its memory.
-    fields["face_nodes"].encoding |= {"_FillValue": np.int32(-1), "dtype": "int32"}
+    # 64 bits overwrite its memory. No face lacks a corner: a fill value would make plain xarray
+    # read the numbers as floats.
+    fields["face_nodes"].encoding |= {"_FillValue": None, "dtype": "int32"}
     return fields
 
 

@@ -121,6 +121,30 @@ def list_fields(folder: Path) -> list[Path]:
     return files
 
 
+def fields_of_last_step(folder: Path, history: xr.Dataset) -> xr.Dataset | None:
+    """Return the fields of the last state of balance of a run with fields by step.
+
+    Parameters
+    ----------
+    folder : Path
+    history : xarray.Dataset
+        Of the run. Its very last step may be that of cracks alone, which have severed the body.
+
+    Returns
+    -------
+    Dataset or None
+        None where they were not written, as in a run that was broken off.
+
+    Raises
+    ------
+    SceneError
+        As `list_fields`.
+    """
+    fields = read_result(list_fields(folder)[-1], "face_nodes")
+    solved = history["step"].values[np.isfinite(history["n_unknowns"].values)]
+    return fields if fields["time"].values[-1] == solved[-1] else None
+
+
 def require_same_run(folder: Path, fields: xr.Dataset, name: str) -> None:
     """Refuse fields of another scene than that of the history in the same folder.
 

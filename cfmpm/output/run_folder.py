@@ -15,6 +15,8 @@ from cfmpm.errors import Problem, SceneError
 HISTORY, CHECKPOINT = "history.nc", "checkpoint.npz"
 # Fields of the end, and of each step with the table of them.
 FIELDS, INDEX = "fields.nc", "fields_index.nc"
+# The picture of the scene, which `cfmpm check` draws before there is a run.
+SCENE = "scene.png"
 # Status of a run whose history is not whole (`ending.RUN_STATUS`).
 UNFINISHED = "unfinished"
 _LOCK = ".lock"
@@ -23,7 +25,7 @@ _STARTED = ".started"
 _OF_STEPS = re.compile(r"fields_\d{4,}\.nc")
 _ASIDE = re.compile(r"\.(history|checkpoint|fields(_\d{4,}|_index)?)\.np?[cz]\.[0-9a-f]{8}\.part")
 # What `cfmpm plot` and `cfmpm export` make of a run.
-_PICTURES = ("scene", "deformed", "paths", "cf", "factors", "angles", "energy", "load", "cycles")
+_PICTURES = ("deformed", "paths", "cf", "factors", "angles", "energy", "load", "cycles")
 _PICTURES_OF_TIPS = ("mesh", "cf", "radii", "steps")
 _FILM, _EXPORT = "growth.gif", "vtu"
 _EXPORTED = re.compile(r"(grid|points|cracks)(_\d{4,}\.vtu|\.pvd)")
@@ -120,17 +122,22 @@ def run_status(folder: Path) -> str:
     return "" if history is None else str(history.attrs.get("run_status", ""))
 
 
-def clear(folder: Path) -> None:
+def clear(folder: Path, shown: str) -> None:
     """Take away all that an earlier run has left in a folder, and what was drawn or exported.
 
-    Files that cfmpm does not write stay. So does the history, which the new one is to be renamed
-    over: until then a kill leaves the earlier run, only less complete.
+    Files that cfmpm does not write stay, and so does the picture of the scene that is now run. So
+    does the history, which the new one is to be renamed over: until then a kill leaves the earlier
+    run, only less complete.
 
     Parameters
     ----------
     folder : Path
+    shown : str
+        What the picture of the new run's scene is described by (`description`).
     """
     drawn = {f"{name}.png" for name in _PICTURES} | {_FILM, FIELDS, INDEX}
+    if not _describes(folder / SCENE, shown):
+        drawn.add(SCENE)
     history = _history(folder)
     if history is not None:
         tips, parts = (history[name].values.tolist() for name in ("tip", "boundary"))
@@ -156,6 +163,24 @@ def remove_leavings(folder: Path) -> None:
     for path in list(folder.iterdir()):
         if _ASIDE.fullmatch(path.name):
             path.unlink(missing_ok=True)
+
+
+def description(config_hash: str) -> str:
+    """Return what the picture of a scene says of itself."""
+    return f"scene {config_hash}"
+
+
+def _describes(picture: Path, shown: str) -> bool:
+    """Whether a picture says of itself that it shows something."""
+    if not picture.exists():
+        return False
+    from PIL import Image  # only where `cfmpm check` or `cfmpm plot` has been used
+
+    try:
+        with Image.open(picture) as image:
+            return bool(image.info.get("Description") == shown)
+    except OSError:
+        return False
 
 
 def _history(folder: Path) -> xr.Dataset | None:

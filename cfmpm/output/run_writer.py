@@ -16,6 +16,7 @@ from cfmpm.output.fields_by_step import FieldsByStep
 from cfmpm.output.files import store, written_aside
 from cfmpm.output.record import Record
 from cfmpm.output.run_folder import CHECKPOINT, FIELDS, HISTORY, INDEX, UNFINISHED
+from cfmpm.scene import Scene, config_hash
 from cfmpm.state import Result, State
 
 # Part of the time of a run that may go into keeping what it takes to go on after a kill.
@@ -74,7 +75,7 @@ class RunWriter:
         begin = time.monotonic()
         with written_aside(self._folder / HISTORY) as aside:
             store(self._record.history(Ending(UNFINISHED, f"{UNFINISHED}: {reason}")), aside)
-            self._take_over()
+            self._take_over(self._record.scene)
             write_checkpoint(self._start, self._folder / CHECKPOINT)
         end = time.monotonic()
         self._due = end + (end - begin) * (1.0 / SHARE - 1.0)
@@ -98,17 +99,17 @@ class RunWriter:
             # The history is renamed last: as long as it says unfinished, the run can go on.
             for name, dataset in datasets.items():
                 store(dataset, stack.enter_context(written_aside(self._folder / name)))
-            self._take_over()
+            self._take_over(result.scene)
             if self._fields is not None:
                 self._fields.finish()
         (self._folder / CHECKPOINT).unlink(missing_ok=True)
         by_step = [INDEX] if self._fields is not None else []
         return [self._folder / name for name in (*datasets, *by_step)]
 
-    def _take_over(self) -> None:
+    def _take_over(self, scene: Scene) -> None:
         """Take away what an earlier run has left, once."""
         if self._new:
-            folders.clear(self._folder)
+            folders.clear(self._folder, folders.description(config_hash(scene)))
             self._new = False
 
 

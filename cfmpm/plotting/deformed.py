@@ -26,6 +26,7 @@ def draw_deformed(
     *,
     factor: float | None = None,
     limits: tuple[float, float] | None = None,
+    bar: Axes | None = None,
 ) -> Axes:
     """Draw the deformed grid with a stress as colour.
 
@@ -40,6 +41,9 @@ def draw_deformed(
         On the displacements; default: such that they can be seen.
     limits : (float, float), optional
         Lowest and highest stress of the colours; default: those of 98 % of the area.
+    bar : Axes, optional
+        Takes the colour bar, whose form then does not depend on the values, as in a film; default:
+        made beside the grid.
 
     Returns
     -------
@@ -79,7 +83,10 @@ def draw_deformed(
     label = f"{said['long_name']} [{said['units']}]"
     if limits is None and (below or above):
         label += f"\nthe bar spans {100 * COLOURED:.0f} % of the area"
-    axes.figure.colorbar(faces, ax=axes, label=label, extend=extend, shrink=0.8)
+    if bar is None:
+        axes.figure.colorbar(faces, ax=axes, label=label, extend=extend, shrink=0.8)
+    else:
+        axes.figure.colorbar(faces, cax=bar, label=label, extend="both")
     found = f"{stress} in triangles: {values.min():.4g} to {values.max():.4g} {said['units']}"
     axes.set_title(
         f"displacement × {factor:g}, largest {np.hypot(*u.T).max():.3g} mm\n"

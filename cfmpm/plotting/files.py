@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Grid
-from cfmpm.body.loads import Loading
 from cfmpm.output.analysis import new_length, resolved_steps
+from cfmpm.output.run_folder import SCENE, description
 from cfmpm.plotting.deformed import draw_deformed
 from cfmpm.plotting.growth import (
     draw_angles,
@@ -28,21 +28,26 @@ from cfmpm.plotting.growth import (
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
-from cfmpm.plotting.style import COLOUR_BAR, LEGEND, picture, size_around
-from cfmpm.plotting.tip import draw_radii, draw_tip_forces, draw_tip_points
-from cfmpm.scene import Scene
+from cfmpm.plotting.style import COLOUR_BAR, LEGEND, panels, picture, size_around
+from cfmpm.plotting.tip import (
+    draw_norm,
+    draw_radii,
+    draw_tip_forces,
+    draw_tip_points,
+    norm_is_apart,
+)
+from cfmpm.scene import Scene, config_hash, expand
 
 # Sizes of pictures around a tip and of curves [inch].
 TIP, CURVE = (5.0, 5.5), (5.0, 4.0)
 
 
-def save_scene(
-    folder: Path, scene: Scene, grid: Grid, loading: Loading, radii: Sequence[float]
-) -> Path:
-    """Write scene.png; the arguments are those of `draw_scene`."""
-    path = Path(folder) / "scene.png"
-    with picture(path, size_around(grid.nodes, LEGEND)) as axes:
-        draw_scene(axes, scene, grid, loading, radii)
+def save_scene(folder: Path, scene: Scene, body: Body) -> Path:
+    """Write scene.png of a scene and its body before growth; the file says which scene it is of."""
+    path, grid = Path(folder) / SCENE, body.grid
+    radii = [max(domain.radii) for domain in body.tip_domains]
+    with picture(path, size_around(grid.nodes, LEGEND), description(config_hash(scene))) as axes:
+        draw_scene(axes, expand(scene), grid, body.loading, radii)
     return path
 
 
@@ -67,8 +72,12 @@ def save_radii(folder: Path, history: xr.Dataset) -> list[Path]:
         resolved = evaluated & resolved_steps(of_tip)
         shown = np.flatnonzero(resolved if resolved.any() else evaluated)[-1]
         paths.append(Path(folder) / f"radii_{name}.png")
-        with picture(paths[-1], CURVE) as axes:
-            draw_radii(axes, of_tip.isel(step=shown))
+        at = of_tip.isel(step=shown)
+        apart = norm_is_apart(at)
+        with panels(paths[-1], (CURVE[0], CURVE[1] * (1 + apart)), 1 + apart, 1) as axes:
+            draw_radii(axes[0, 0], at, norm=not apart)
+            if apart:
+                draw_norm(axes[1, 0], at)
     return paths
 
 

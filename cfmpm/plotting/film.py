@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
@@ -11,6 +12,7 @@ import xarray as xr
 from matplotlib.animation import PillowWriter
 from matplotlib.figure import Figure
 
+from cfmpm.body.grid import Floats
 from cfmpm.output.fields_by_step import list_fields
 from cfmpm.output.files import written_aside_by_name
 from cfmpm.output.reading import read_result
@@ -19,6 +21,11 @@ from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.style import COLOUR_BAR, RC, size_around
 
 RESOLUTION = 100  # dots per inch
+# Left, bottom, width and height of the axes and of the colour bar as parts of the figure: a layout
+# by what stands in a frame would make them jump.
+PLACE, PLACE_OF_BAR = (0.12, 0.12, 0.66, 0.76), (0.82, 0.18, 0.025, 0.64)
+# Around the body, as a part of its size.
+MARGIN = 0.03
 
 
 def animate_growth(
@@ -45,7 +52,7 @@ def animate_growth(
     Returns
     -------
     Path
-        Of the film. Magnification and colours are the same in all frames.
+        Of the film. Axes, magnification and colours are the same in all frames.
 
     Raises
     ------
@@ -55,28 +62,62 @@ def animate_growth(
     """
     if isinstance(frames, str | Path):
         frames = list_fields(Path(frames))
-    largest, highest = 0.0, []
-    for fields in _opened(frames):
-        last = fields.isel(time=-1)
-        u, nodes = np.column_stack([last["u_x"], last["u_y"]]), Mesh.of_fields(fields).nodes
-        largest = max(largest, float(np.hypot(*u.T).max()))
-        highest.append(np.percentile(last[stress].values, [1.0, 97.0]))
-    low, high = np.min(highest, axis=0)[0], np.median(highest, axis=0)[1]
-    factor = magnification(np.array([[largest, 0.0]]), nodes)
+    shown = _shown(frames, stress)
     path = Path(path)
     with matplotlib.rc_context(RC), written_aside_by_name(path) as aside:
-        figure = Figure(figsize=size_around(nodes, COLOUR_BAR), layout="constrained")
+        figure = Figure(figsize=size_around(shown.corners, COLOUR_BAR))
         # Pillow takes a fraction, whatever matplotlib has typed.
         writer = PillowWriter(fps=per_second)  # type: ignore[arg-type]
         with writer.saving(figure, aside, RESOLUTION):
             for fields in _opened(frames):
                 figure.clear()
-                axes = figure.add_subplot()
-                draw_deformed(axes, fields, stress, factor=factor, limits=(low, high))
+                axes, bar = figure.add_axes(PLACE), figure.add_axes(PLACE_OF_BAR)
+                draw_deformed(
+                    axes, fields, stress, factor=shown.factor, limits=shown.colours, bar=bar
+                )
+                axes.set(xlim=shown.corners[:, 0], ylim=shown.corners[:, 1])
                 step, load = fields["time"].values[-1], fields["load_factor"].values[-1]
-                axes.set_title(f"step {step:g}, load factor {load:.3f}, displacement × {factor:g}")
+                title = f"step {step:g}, load factor {load:.3f}, displacement × {shown.factor:g}"
+                axes.set_title(title)
                 writer.grab_frame()
     return path
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """What all frames of a film share.
+
+    Attributes
+    ----------
+    factor : float
+        On the displacements.
+    colours : (float, float)
+        Lowest and highest stress of the colours [MPa].
+    corners : (2, 2) float
+        Lowest and highest x and y of the axes, which hold the body of every frame [mm].
+    """
+
+    factor: float
+    colours: tuple[float, float]
+    corners: Floats
+
+
+def _shown(frames: Sequence[Path | xr.Dataset], stress: str) -> _Shown:
+    """Look through all frames for what they are to share."""
+    places, displacements, colours = [], [], []
+    for fields in _opened(frames):
+        last = fields.isel(time=-1)
+        displacements.append(np.column_stack([last["u_x"], last["u_y"]]))
+        places.append(Mesh.of_fields(fields).nodes)
+        colours.append(np.percentile(last[stress].values, [1.0, 97.0]))
+    largest = max(float(np.hypot(*u.T).max()) for u in displacements)
+    factor = magnification(np.array([[largest, 0.0]]), places[-1])
+    moved = [x + factor * u for x, u in zip(places, displacements, strict=True)]
+    drawn = np.concatenate([*places, *moved])
+    margin = MARGIN * np.ptp(drawn, axis=0).max()
+    corners = np.array([drawn.min(axis=0) - margin, drawn.max(axis=0) + margin])
+    low, high = np.min(colours, axis=0)[0], np.median(colours, axis=0)[1]
+    return _Shown(factor, (float(low), float(high)), corners)
 
 
 def _opened(frames: Sequence[Path | xr.Dataset]) -> Iterator[xr.Dataset]:

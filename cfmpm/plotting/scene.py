@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from cfmpm.body.grid import Floats, Grid, Ints
@@ -28,6 +29,8 @@ from cfmpm.scene.model import Scene
 # Symbols along a loaded part, and the length of an arrow as a part of the size of the body.
 SYMBOLS = 9
 ARROW = 0.07
+# Most entries of the legend: more would be higher than the picture.
+ENTRIES = 14
 
 
 def draw_scene(
@@ -68,9 +71,32 @@ def draw_scene(
     axes.autoscale_view()
     length_axes(axes)
     axes.set_title(_title(scene, grid, loading))
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.8)
+    _legend(axes)
     return axes
+
+
+def _legend(axes: Axes) -> None:
+    """Name the loads beside the axes; of very many those that differ, and how many there are."""
+    handles, labels = axes.get_legend_handles_labels()
+    if len(handles) > ENTRIES:
+        alike: dict[str, list[int]] = {}
+        for i, label in enumerate(labels):
+            alike.setdefault(label.split(": ", 1)[-1], []).append(i)
+        kept = list(alike.values())[: ENTRIES - 1]
+        names = [label.split(": ", 1)[0] for label in labels]
+        texts = [
+            labels[i] if len(same) == 1 else f"{names[i]} and {len(same) - 1} like it: {what}"
+            for what, same in zip(alike, kept, strict=False)
+            for i in same[:1]
+        ]
+        handles = [handles[same[0]] for same in kept]
+        left = len(labels) - sum(map(len, kept))
+        if left:
+            handles.append(Line2D([], [], linestyle="none"))
+            texts.append(f"and {left} more loads")
+        labels = texts
+    if handles:
+        axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.8)
 
 
 def _title(scene: Scene, grid: Grid, loading: Loading) -> str:

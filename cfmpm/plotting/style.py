@@ -55,7 +55,7 @@ RC: dict[Any, Any] = {
 
 
 @contextmanager
-def picture(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
+def picture(path: Path, size: tuple[float, float], shows: str = "") -> Iterator[Axes]:
     """Open a figure of one axes and write it when the ``with`` block ends well.
 
     Parameters
@@ -64,13 +64,17 @@ def picture(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
         A PNG, PDF or SVG file. It is written aside and renamed.
     size : (float, float)
         Width and height [inch].
+    shows : str
+        What the description in the file itself says.
     """
-    with panels(path, size, 1, 1) as axes:
+    with panels(path, size, 1, 1, shows) as axes:
         yield axes[0, 0]
 
 
 @contextmanager
-def panels(path: Path, size: tuple[float, float], rows: int, columns: int) -> Iterator[Any]:
+def panels(
+    path: Path, size: tuple[float, float], rows: int, columns: int, shows: str = ""
+) -> Iterator[Any]:
     """Open a figure of several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
     with matplotlib.rc_context(RC):
         figure = Figure(figsize=size, layout="constrained")
@@ -79,7 +83,7 @@ def panels(path: Path, size: tuple[float, float], rows: int, columns: int) -> It
         if axes.size > 1:
             for letter, one in zip(ascii_lowercase, axes.flat, strict=False):
                 one.set_title(f"({letter}) {one.get_title(loc='left')}")
-        write_figure(figure, path)
+        write_figure(figure, path, shows)
 
 
 def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
@@ -102,10 +106,13 @@ def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
     return max(scale * width + 1.0 + beside, 4.8), max(scale * height, 1.2) + 1.2
 
 
-def write_figure(figure: Figure, path: Path) -> None:
+def write_figure(figure: Figure, path: Path, shows: str = "") -> None:
     """Write a figure aside and rename it, so that no half file is ever seen."""
+    metadata = {"Description": shows} if shows else None
     with written_aside_by_name(Path(path)) as aside:
-        figure.savefig(aside, dpi=RESOLUTION, bbox_inches="tight", pad_inches=0.08)
+        figure.savefig(
+            aside, dpi=RESOLUTION, bbox_inches="tight", pad_inches=0.08, metadata=metadata
+        )
 
 
 def length_axes(axes: Axes) -> None:

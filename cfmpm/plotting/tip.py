@@ -18,6 +18,8 @@ from cfmpm.plotting.style import BLUE, GREEN, GREY, VERMILLION
 
 # Length of the longest arrow as a part of the domain radius.
 LONGEST = 0.6
+# How many times the differences of G and J |CF| may be from J to be drawn on their scale.
+APART = 5.0
 
 
 def draw_tip_forces(
@@ -100,7 +102,7 @@ def draw_tip_points(
     return axes
 
 
-def draw_radii(axes: Axes, history: xr.Dataset) -> Axes:
+def draw_radii(axes: Axes, history: xr.Dataset, *, norm: bool = True) -> Axes:
     """Draw G, J and the norm of CF at a tip against the radius of their domain.
 
     Parameters
@@ -108,23 +110,48 @@ def draw_radii(axes: Axes, history: xr.Dataset) -> Axes:
     axes : Axes
     history : xarray.Dataset
         At one step and one tip.
+    norm : bool
+        Whether the norm of CF is drawn too. In mixed mode it is far from G and J, whose differences
+        are then too small to be seen on one scale.
 
     Returns
     -------
     Axes
         G and J do not depend on the domain in theory, CF in mixed mode does: how far they do here
-        is the uncertainty of the evaluation.
+        is the uncertainty of the evaluation. J has large open markers: where it is equal to G both
+        are seen.
     """
-    order = np.argsort(history["domain_radius"].values)
-    at = history.isel(radius=order)
-    curves = {"G_radius": "G from K_I and K_II", "J_radius": "J", "cf_norm_radius": "|CF|"}
-    if np.isnan(at["K_I_radius"]).all():
-        del curves["G_radius"]  # which is J at finite deformation
-    for style, (name, label) in enumerate(curves.items()):
-        draw_curve(axes, at["domain_radius"], at[name], label, style)
+    at = _by_radius(history)
+    if not np.isnan(at["K_I_radius"]).all():  # else G is J, at finite deformation
+        draw_curve(axes, at["domain_radius"], at["G_radius"], "G from K_I and K_II", 0)
+    draw_curve(axes, at["domain_radius"], at["J_radius"], "J", 1, line="--", hollow=True)
+    if norm:
+        draw_curve(axes, at["domain_radius"], at["cf_norm_radius"], "|CF|", 2)
     axes.set_title(f"step {int(at['step'])}, load factor {float(at['load_factor']):.4g}")
+    return _finished(axes, "energy release rate" + (", force" if norm else ""))
+
+
+def draw_norm(axes: Axes, history: xr.Dataset) -> Axes:
+    """Draw the norm of CF at a tip against the radius of its domain; see `draw_radii`."""
+    at = _by_radius(history)
+    draw_curve(axes, at["domain_radius"], at["cf_norm_radius"], "|CF|", 2)
+    return _finished(axes, "configurational force")
+
+
+def norm_is_apart(history: xr.Dataset) -> bool:
+    """Whether the norm of CF is so far from J that one scale cannot show both."""
+    j, norm = history["J_radius"].values, history["cf_norm_radius"].values
+    spread = np.ptp([j, history["G_radius"].values])
+    return bool(np.abs(norm - j).max() > APART * spread)
+
+
+def _by_radius(history: xr.Dataset) -> xr.Dataset:
+    return history.isel(radius=np.argsort(history["domain_radius"].values))
+
+
+def _finished(axes: Axes, what: str) -> Axes:
     axes.set_xlabel("radius of the domain [mm]")
-    axes.set_ylabel("energy release rate, force [N/mm]")
+    axes.set_ylabel(f"{what} [N/mm]")
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.legend()
     return axes

@@ -13,7 +13,7 @@ from growing_scene import growing
 from ugrid_rules import broken_rules
 
 from cfmpm.output.fields import build_fields, linear_faces, von_mises
-from cfmpm.output.files import write_dataset
+from cfmpm.output.files import store, write_dataset
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import run
 from cfmpm.state import Result
@@ -124,6 +124,15 @@ def test_vtk_reads_the_same_values(file: Path, fields: xr.Dataset) -> None:
     for name in ("sigma_xx", "von_mises", "energy_density", "element", "region"):
         values = vtk_to_numpy(output.GetCellData().GetArray(name))
         np.testing.assert_array_equal(values, np.atleast_2d(fields[name].values)[0])
+
+
+def test_nodes_of_faces_are_read_as_integers(fields: xr.Dataset, tmp_path: Path) -> None:
+    """Also by xarray alone, which reads integers with a fill value as floats."""
+    store(fields, tmp_path / "fields.nc")
+    with xr.open_dataset(tmp_path / "fields.nc") as read:
+        assert read["face_nodes"].dtype == np.int32
+        assert "_FillValue" not in read["face_nodes"].encoding
+        np.testing.assert_array_equal(read["face_nodes"], fields["face_nodes"])
 
 
 def test_faces_fill_the_body_and_use_every_node(result: Result) -> None:

@@ -12,7 +12,7 @@ from growing_scene import growing
 from ugrid_rules import broken_rules
 
 from cfmpm.output.fields import build_fields
-from cfmpm.output.fields_by_step import INDEX, FieldsByStep, list_fields
+from cfmpm.output.fields_by_step import INDEX, FieldsByStep, fields_of_last_step, list_fields
 from cfmpm.output.variables import LOAD_POWER
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import run
@@ -54,6 +54,18 @@ def test_the_last_state_is_kept_too_and_once(tmp_path: Path) -> None:
         with xr.open_dataset(folder / INDEX) as index:
             assert index["step"].values.tolist() == steps
         assert [path.name for path in list_fields(folder)] == [f"fields_{n:04}.nc" for n in steps]
+
+
+def test_the_fields_of_the_last_state_are_found(kept: tuple[Path, Result]) -> None:
+    folder, result = kept
+    last = fields_of_last_step(folder, result.history)
+    assert last is not None
+    assert last["time"].values.tolist() == [5.0]
+    # Cracks that have severed the body make a step of their own, without a state.
+    severed = result.history.reindex(step=np.arange(1, 7))
+    assert fields_of_last_step(folder, severed) is not None
+    longer = severed.assign(n_unknowns=severed["n_unknowns"].fillna(1.0))
+    assert fields_of_last_step(folder, longer) is None
 
 
 def test_each_file_is_sound(kept: tuple[Path, Result]) -> None:

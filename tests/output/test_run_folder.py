@@ -71,3 +71,26 @@ def test_a_held_folder_is_let_go(tmp_path: Path) -> None:
     with held(folder):
         pass
     assert names(folder) == set()
+
+
+def test_the_picture_of_the_scene_stays_where_it_is_still_true(tmp_path: Path) -> None:
+    """That which `check` has drawn, but not that of another scene."""
+    scene, folder = tmp_path / "scene.yaml", tmp_path / "result"
+    scene.write_text(str(growing()))
+    picture = folder / "scene.png"
+
+    def call(*words: str) -> None:
+        done = CliRunner().invoke(app, [*words, str(scene), "--output", str(folder)])
+        assert done.exit_code == 0, done.output
+
+    call("check")
+    drawn = picture.read_bytes()
+    call("run")
+    assert picture.read_bytes() == drawn
+    call("run")
+    assert picture.read_bytes() == drawn
+    call("run", "--set", "growth.increments=1")
+    assert not picture.exists()
+    picture.write_bytes(b"no picture")
+    call("run")
+    assert not picture.exists()

@@ -10,16 +10,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
-from PIL import Image
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
-from cfmpm.errors import SceneError
 from cfmpm.output.analysis import tip_path
-from cfmpm.output.fields import build_fields
 from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting import (
-    animate_growth,
     draw_angles,
     draw_cycles,
     draw_energy,
@@ -291,22 +287,6 @@ def test_energies_add_up(axes: Axes, history: xr.Dataset) -> None:
     np.testing.assert_allclose(shown["missing: work less the others"][:, 1], 0.5 * rise)
     assert shown["strain energy"][:, 0].tolist() == [0.0, 1.0, 3.0, 5.0, 7.0]
     assert "[N mm/mm]" in axes.get_ylabel()
-
-
-def test_a_film_has_a_frame_of_each_field(tmp_path: Path) -> None:
-    result = run(scene_from_dict(SCENE))
-    fields = build_fields(result)
-    path = animate_growth(
-        [fields, fields.assign_coords(time=[7.0])], tmp_path / "deep" / "film.gif"
-    )
-    with Image.open(path) as film:
-        assert film.n_frames == 2
-    assert [p.name for p in path.parent.iterdir()] == ["film.gif"]
-
-
-def test_a_film_of_nothing_says_what_makes_fields(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"output\.every"):
-        animate_growth(tmp_path, tmp_path / "film.gif")
 
 
 def test_forces_are_drawn_of_the_parts_that_move(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,8 @@ from cfmpm.plotting.files import (
     save_tip_forces,
     save_tip_points,
 )
+from cfmpm.plotting.scene import ENTRIES
+from cfmpm.plotting.tip import norm_is_apart
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import run
 from cfmpm.state import Result
@@ -168,8 +171,64 @@ def test_what_the_domains_give_by_radius(axes: Axes) -> None:
     assert axes.get_xlabel().endswith("[mm]")
     assert axes.get_ylabel().endswith("[N/mm]")
     axes.clear()
+    draw_radii(axes, at, norm=False)
+    assert {str(line.get_label()) for line in axes.lines} == {"G from K_I and K_II", "J"}
+    axes.clear()
     draw_radii(axes, at.assign(K_I_radius=("radius", [np.nan] * 3)))
     assert {str(line.get_label()) for line in axes.lines} == {"J", "|CF|"}
+
+
+def test_curves_that_coincide_are_both_seen(axes: Axes) -> None:
+    same = ("radius", [1.0, 1.0, 1.0])
+    at = xr.Dataset(
+        {
+            "domain_radius": ("radius", [1.0, 2.0, 4.0]),
+            "G_radius": same,
+            "J_radius": same,
+            "cf_norm_radius": same,
+            "K_I_radius": same,
+        },
+        {"step": 3, "load_factor": 0.5},
+    )
+    assert not norm_is_apart(at)
+    draw_radii(axes, at)
+    energy, j, norm = axes.lines
+    assert j.get_markerfacecolor() == "none"
+    assert j.get_markersize() > max(energy.get_markersize(), norm.get_markersize())
+    assert j.get_linestyle() != energy.get_linestyle()
+
+
+def test_a_norm_far_from_j_has_a_scale_of_its_own(result: Result, tmp_path: Path) -> None:
+    """In mixed mode, where the differences of G and J could not be seen beside it."""
+    j = result.history["G_radius"] * 1.001
+    near = result.history.assign(J_radius=j, cf_norm_radius=j * 1.0005)
+    far = near.assign(cf_norm_radius=j * 1.3)
+    assert not norm_is_apart(near.isel(step=0, tip=0))
+    assert norm_is_apart(far.isel(step=0, tip=0))
+    heights = [imread(save_radii(tmp_path, history)[0]).shape[0] for history in (near, far)]
+    assert heights[1] > 1.7 * heights[0]
+
+
+def test_a_legend_of_very_many_loads_stays_short(axes: Axes, result: Result) -> None:
+    """Those that do the same are named together, and no picture grows by its legend."""
+    (first, *_) = (load for load in result.scene.loads if load.kind == "traction")
+    boundary = result.loading.boundaries[str(first.name)]
+    names = [f"bolt_{i}" for i in range(70)]
+    alike = [first.model_copy(update={"name": name}) for name in names]
+    loading = replace(result.loading, boundaries=dict.fromkeys(names, boundary))
+    draw_scene(
+        axes, result.scene.model_copy(update={"loads": tuple(alike)}), result.grid, loading, []
+    )
+    (text,) = axes.get_legend().get_texts()
+    assert text.get_text() == "bolt_0 and 69 like it: traction (0, 5) MPa"
+    axes.clear()
+    differ = [load.model_copy(update={"traction": (0.0, float(i))}) for i, load in enumerate(alike)]
+    draw_scene(
+        axes, result.scene.model_copy(update={"loads": tuple(differ)}), result.grid, loading, []
+    )
+    texts = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert len(texts) == ENTRIES
+    assert texts[-1] == f"and {70 - (ENTRIES - 1)} more loads"
 
 
 def test_loads_and_supports_of_a_scene(axes: Axes, result: Result) -> None:
@@ -249,9 +308,8 @@ def test_nothing_moves() -> None:
 
 
 def test_files_are_pictures(result: Result, fields: xr.Dataset, tmp_path: Path) -> None:
-    radii = [float(result.history["domain_radius"].max())]
     paths = [
-        save_scene(tmp_path, result.scene, result.grid, result.loading, radii),
+        save_scene(tmp_path, result.scene, result.body),
         save_deformed(tmp_path, fields),
         *save_tip_forces(tmp_path, fields, result.history),
         *save_tip_points(tmp_path, result.body),
