@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Collection, Container, Iterator
+from itertools import chain, count
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from cfmpm.body.grid import Floats, Ints, Triangulation
+from cfmpm.body.grid import Ints, Triangulation
 from cfmpm.errors import Problem, SceneError, did_you_mean
 from cfmpm.meshing.drawing import signed_areas
+from cfmpm.meshing.file_mesh import FileMesh, broken_body, broken_triangles, pieces_apart
+from cfmpm.meshing.file_rules import broken_rules_of_file
+from cfmpm.meshing.lips import Closed, close_lips, unlisted_lips
 from cfmpm.meshing.msh import read_msh
 from cfmpm.meshing.msh_numbers import DamagedError
 from cfmpm.scene.families import expand
@@ -24,93 +24,68 @@ from cfmpm.scene.model import Scene
 UNNAMED = "boundary"
 
 
-@dataclass(frozen=True)
-class FileMesh:
-    """The content of a mesh file, with compact node numbers.
-
-    Attributes
-    ----------
-    nodes : (n, 2) float
-    triangles : (m, 3) int
-        Anticlockwise.
-    surfaces : dict of str to (k,) int
-        Triangles of each physical surface.
-    curves : dict of str to (k, 2) int
-        Node pairs of each physical curve; -1 stands for a node in no triangle.
-    """
-
-    nodes: Floats
-    triangles: Ints
-    surfaces: dict[str, Ints]
-    curves: dict[str, Ints]
-
-    @cached_property
-    def sides(self) -> Ints:
-        """The sides of all triangles as node pairs, (3 m, 2)."""
-        return self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-
-    @cached_property
-    def side_counts(self) -> tuple[Ints, Ints]:
-        """The key of each side, and how many triangles share it."""
-        return np.unique(self._keys(self.sides), return_counts=True)
-
-    def shared_by(self, pairs: Ints, count: int) -> bool:
-        """Whether each node pair is a side of so many triangles."""
-        keys, counts = self.side_counts
-        return bool(np.isin(self._keys(pairs), keys[counts == count]).all())
-
-    def boundary_without(self, named: Iterable[Ints]) -> Ints:
-        """Node pairs of the boundary that are in none of the parts given, (k, 2)."""
-        keys, counts = self.side_counts
-        rest = keys[counts == 1]
-        for pairs in named:
-            rest = np.setdiff1d(rest, self._keys(pairs))
-        return np.column_stack(np.divmod(rest, len(self.nodes)))
-
-    def on_boundary(self, node: int) -> bool:
-        """Whether a node lies on the boundary."""
-        keys, counts = self.side_counts
-        return bool(np.isin(node, np.divmod(keys[counts == 1], len(self.nodes))))
-
-    def _keys(self, pairs: Ints) -> Ints:
-        """One number for each pair of nodes, the same in either sense."""
-        return pairs.min(axis=1) * len(self.nodes) + pairs.max(axis=1)
-
-
 def triangulate_file(scene: Scene) -> Triangulation:
     """Read the triangulation of a scene that has a mesh file.
 
     Physical curves on the boundary become edges; what none of them names becomes the edge
-    ``boundary``. Those listed as cracks become cracks; each begins
-    at the boundary, or else at its left end. Of triangles with mid nodes only the corners count.
+    ``boundary``. Those listed as cracks become cracks; each begins at the boundary, or else at its
+    left end. One that is open in the file already ends where its lips meet. Of triangles with mid
+    nodes only the corners count. What is found has to obey the rules of a geometry.
     """
     scene = expand(scene)
     assert scene.mesh_file is not None
     mesh = _read(scene.mesh_file.path)
-    problems = list(_faults(mesh))
-    _raise_if_any(problems)
-    cracks = _cracks(mesh, scene.mesh_file.cracks, problems)
+    problems: list[Problem] = []
+    _refuse(broken_triangles(mesh), problems)
+    closed = close_lips(mesh, scene.mesh_file.cracks, problems)
+    mesh = closed.mesh
+    unlisted = unlisted_lips(mesh, listed=bool(closed.open))
+    _refuse(chain(pieces_apart(mesh), unlisted, broken_body(mesh)), problems)
+    refused = {problem.key for problem in problems}
+    cracks = _cracks(closed, scene.mesh_file.cracks, problems, refused)
     edges = {
         name: pairs
         for name, pairs in mesh.curves.items()
-        if name not in cracks and mesh.shared_by(pairs, 1)
+        if name not in cracks and (mesh.count_of(pairs) == 1).all()
     }
-    unnamed = mesh.boundary_without(edges.values())
+    unnamed = mesh.without(edges.values())
     if len(unnamed):
-        edges[UNNAMED] = np.concatenate([*([edges[UNNAMED]] if UNNAMED in edges else []), unnamed])
+        edges[_free(UNNAMED, mesh.curves)] = unnamed
+    problems += _unknown_edges(mesh, scene, edges, closed.open)
+    problems += broken_rules_of_file(mesh, scene, edges, cracks)
     points = _points(mesh, scene, problems)
     regions = _regions(mesh, [region.name for region in scene.mesh_file.regions], problems)
-    for i, load in enumerate(scene.loads):
-        if load.edge is not None and load.edge not in edges:
-            reason = (
-                f"{load.edge} is no part of the boundary of the mesh"
-                if load.edge in mesh.curves
-                else f"unknown edge {load.edge}{did_you_mean(load.edge, edges)}"
-            )
-            problems.append(Problem(reason, f"loads[{i}].edge"))
-    _raise_if_any(problems)
+    _raise_if_any(list({problem.key: problem for problem in reversed(problems)}.values())[::-1])
     names = ("body", *(region.name for region in scene.mesh_file.regions))
     return Triangulation(mesh.nodes, mesh.triangles, regions, names, edges, cracks, points)
+
+
+def _refuse(reasons: Iterator[str], known: list[Problem]) -> None:
+    """Refuse the file for what is known to be wrong, or else for the first of some reasons."""
+    for reason in reasons:
+        _raise_if_any(known)
+        raise _refusal(reason)
+
+
+def _free(name: str, taken: Container[str]) -> str:
+    """A name that no group of the file has."""
+    tries = chain([name], (f"{name}_{i}" for i in count(2)))
+    return next(word for word in tries if word not in taken)
+
+
+def _unknown_edges(
+    mesh: FileMesh, scene: Scene, edges: Collection[str], lips: Container[str]
+) -> Iterator[Problem]:
+    """Loads on curves that are no edges."""
+    for i, load in enumerate(scene.loads):
+        if load.edge is None or load.edge in edges:
+            continue
+        reason = f"unknown edge {load.edge}{did_you_mean(load.edge, edges)}"
+        if load.edge in mesh.curves:
+            reason = f"{load.edge} is no part of the boundary of the mesh"
+        if load.edge in lips:
+            reason = f"{load.edge} is a crack"
+        yield Problem(reason, f"loads[{i}].edge")
 
 
 def _raise_if_any(problems: list[Problem]) -> None:
@@ -143,39 +118,29 @@ def _read(path: str) -> FileMesh:
     return FileMesh(nodes, triangles, contents.surfaces, curves)
 
 
-def _faults(mesh: FileMesh) -> Iterator[Problem]:
-    """What makes a mesh useless, whatever the scene."""
-    key = "mesh_file.file"
-    _, counts = mesh.side_counts
-    if counts.max() > 2:
-        n = int((counts > 2).sum())
-        yield Problem(f"{n} edges belong to more than two triangles: is something twice?", key)
-    flat = int((signed_areas(mesh.nodes, mesh.triangles) == 0).sum())
-    if flat:
-        yield Problem(f"{flat} triangles have no area", key)
-    n = len(mesh.nodes)
-    graph = coo_array((np.ones(len(mesh.sides), dtype=bool), mesh.sides.T), shape=(n, n))
-    pieces, _ = connected_components(graph, directed=False)
-    if pieces > 1:
-        yield Problem(f"is in {pieces} pieces that share no nodes; merge equal nodes", key)
-
-
-def _cracks(mesh: FileMesh, names: list[str], problems: list[Problem]) -> dict[str, Ints]:
-    cracks = {}
+def _cracks(
+    closed: Closed, names: list[str], problems: list[Problem], refused: Container[str]
+) -> dict[str, Ints]:
+    """The listed cracks as lines; those refused before are left out."""
+    mesh, cracks = closed.mesh, {}
     for i, name in enumerate(names):
+        key = f"mesh_file.cracks[{i}]"
+        if key in refused:
+            continue
+        pairs = closed.open.get(name, mesh.curves.get(name))
         reason = ""
-        if name not in mesh.curves:
+        if pairs is None:
             reason = f"no physical curve {name} in the mesh{did_you_mean(name, mesh.curves)}"
-        elif not mesh.shared_by(mesh.curves[name], 2):
+        elif not (mesh.count_of(pairs) == 2).all():
             reason = f"{name} does not lie inside the body"
         else:
-            line = _line(mesh.curves[name])
+            line = _line(pairs)
             if line is None:
                 reason = f"{name} is not a single line with two ends"
             else:
                 cracks[name] = _from_first_end(mesh, line)
         if reason:
-            problems.append(Problem(reason, f"mesh_file.cracks[{i}]"))
+            problems.append(Problem(reason, key))
     return cracks
 
 
@@ -200,7 +165,7 @@ def _from_first_end(mesh: FileMesh, line: Ints) -> Ints:
 
     def rank(node: int) -> tuple[bool, float, float]:
         x, y = mesh.nodes[node]
-        return not mesh.on_boundary(node), x, y
+        return node not in mesh.on_boundary, x, y
 
     if rank(line[-1]) < rank(line[0]):
         line = line[::-1]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -122,10 +123,15 @@ def _of_grid(grid: Grid, faces: Ints, element: Ints, face: dict[str, Any]) -> di
             | _said("1", "part of the body with a material of its own")
             | {
                 "flag_values": np.arange(len(grid.region_names), dtype=np.int32),
-                "flag_meanings": " ".join(grid.region_names),
+                "flag_meanings": _words(grid.region_names),
             },
         ),
     }
+
+
+def _words(names: Iterable[str]) -> str:
+    """Names as CF conventions want them: apart by blanks, with none inside."""
+    return " ".join(re.sub(r"[^\w.+@-]", "_", name) for name in names)
 
 
 def linear_faces(grid: Grid) -> tuple[Ints, Ints]:
@@ -212,7 +218,7 @@ def _cracks(mesh: Triangulation) -> dict[str, Any]:
         return {}
     lines = [np.append(pairs[:, 0], pairs[-1, 1]) for pairs in mesh.cracks.values()]
     numbers = np.arange(len(lines), dtype=np.int32)
-    names = {"flag_values": numbers, "flag_meanings": " ".join(mesh.cracks)}
+    names = {"flag_values": numbers, "flag_meanings": _words(mesh.cracks)}
     number = np.repeat(numbers, [len(line) for line in lines])
     corners = mesh.nodes[np.concatenate(lines)]
     return {"crack": ("crack_node", number, _said("1", "crack of a corner") | names)} | {

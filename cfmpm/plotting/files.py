@@ -28,7 +28,7 @@ from cfmpm.plotting.growth import (
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
-from cfmpm.plotting.style import COLOUR_BAR, LEGEND, panels, picture, size_around
+from cfmpm.plotting.style import COLOUR_BAR, LEGEND, in_file_name, panels, picture, size_around
 from cfmpm.plotting.tip import (
     draw_norm,
     draw_radii,
@@ -55,7 +55,7 @@ def save_tip_points(folder: Path, body: Body) -> list[Path]:
     """Write mesh_<tip>.png for each tip of a body: its grid and material points there."""
     paths = []
     for tip, domains in zip(body.grid.tips, body.tip_domains, strict=True):
-        paths.append(Path(folder) / f"mesh_{tip.name}.png")
+        paths.append(Path(folder) / f"mesh_{in_file_name(tip.name)}.png")
         with picture(paths[-1], TIP) as axes:
             draw_tip_points(axes, body.grid, body.points, tip, domains.radii)
     return paths
@@ -71,7 +71,7 @@ def save_radii(folder: Path, history: xr.Dataset) -> list[Path]:
         evaluated = np.isfinite(of_tip["J"].values)
         resolved = evaluated & resolved_steps(of_tip)
         shown = np.flatnonzero(resolved if resolved.any() else evaluated)[-1]
-        paths.append(Path(folder) / f"radii_{name}.png")
+        paths.append(Path(folder) / f"radii_{in_file_name(name)}.png")
         at = of_tip.isel(step=shown)
         apart = norm_is_apart(at)
         with panels(paths[-1], (CURVE[0], CURVE[1] * (1 + apart)), 1 + apart, 1) as axes:
@@ -100,7 +100,7 @@ def save_tip_forces(folder: Path, fields: xr.Dataset, history: xr.Dataset) -> li
             continue
         x = np.array([float(tip["tip_x"]), float(tip["tip_y"])])
         node = int(np.argmin(np.hypot(*(mesh.nodes - x).T)))
-        path = Path(folder) / f"cf_{name}.png"
+        path = Path(folder) / f"cf_{in_file_name(name)}.png"
         with picture(path, TIP) as axes:
             draw_tip_forces(axes, mesh, force, node, float(tip["domain_radius"].max()))
         paths.append(path)
@@ -139,11 +139,16 @@ def save_steps(folder: Path, history: xr.Dataset) -> list[Path]:
     if not _load_changes(history):
         return []
     curves: dict[str, Callable[[Axes, xr.Dataset], Axes]] = {
-        f"force_{part}_{axis}": partial(draw_load_displacement, boundary=part, component=axis)
+        f"force_{in_file_name(part)}_{axis}": partial(
+            draw_load_displacement, boundary=part, component=axis
+        )
         for part, axis in _moving_parts(history)
     }
     if not new_length(history).any():
-        curves |= {f"steps_{tip}": partial(draw_steps, tip=tip) for tip in history["tip"].values}
+        curves |= {
+            f"steps_{in_file_name(tip)}": partial(draw_steps, tip=tip)
+            for tip in history["tip"].values
+        }
     return _save_curves(folder, history, curves)
 
 

@@ -14,7 +14,7 @@ from cfmpm.body.grid import Floats
 from cfmpm.output.analysis import energy_balance, new_length
 from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting.curves import STYLES, draw_curve
-from cfmpm.plotting.style import BLACK, BLUE, GREY, LIGHT_GREY, ORANGE, VERMILLION
+from cfmpm.plotting.style import BLACK, BLUE, GREY, LIGHT_GREY, ORANGE, VERMILLION, as_label
 
 # Colour and marker both differ, so that the parts are told apart without colour too; dashes would
 # not, in a curve that goes to and fro in short pieces.
@@ -62,7 +62,7 @@ def draw_load_displacement(
     _draw_parts(axes, history, points, {"none"})
     _number(axes, history, points)
     direction = f"{'-' if sense < 0.0 else ''}{component}"
-    axes.set_xlabel(f"displacement of {boundary} along {direction} [mm]")
+    axes.set_xlabel(f"displacement of {as_label(boundary)} along {direction} [mm]")
     axes.set_ylabel(f"force along {direction} [N/mm]")
     axes.legend()
     return axes
@@ -147,7 +147,7 @@ def draw_steps(axes: Axes, history: xr.Dataset, tip: str) -> Axes:
     for style, (name, label) in enumerate({"J": "J", "cf_norm": "|CF|"}.items()):
         draw_curve(axes, of_tip["load_factor"], of_tip[name], label, style, hollow=style == 1)
     axes.set_xlabel("load factor [1]")
-    axes.set_ylabel(f"energy release rate, force at {tip} [N/mm]")
+    axes.set_ylabel(f"energy release rate, force at {as_label(tip)} [N/mm]")
     axes.legend()
     return axes
 
@@ -208,7 +208,7 @@ def _draw_along_paths(axes: Axes, history: xr.Dataset, named: dict[str, str]) ->
         for (key, called), dashes, inside in zip(
             named.items(), ("-", "--"), (colour, "none"), strict=True
         ):
-            values, label = of_tip[key].values[runs], f"{name}: {called}"
+            values, label = of_tip[key].values[runs], f"{as_label(name)}: {called}"
             if np.isnan(values).all():  # finite deformation has no K
                 continue
             axes.plot(grown[runs], values, dashes, mfc=inside, label=label, **line)

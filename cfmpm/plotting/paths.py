@@ -19,7 +19,7 @@ from cfmpm.output.analysis import tip_path
 from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting.curves import STYLES
 from cfmpm.plotting.mesh import Mesh, draw_grid
-from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, length_axes
+from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, as_label, length_axes
 from cfmpm.scene.geometry import BodyShape
 from cfmpm.scene.model import Scene
 
@@ -65,7 +65,7 @@ def draw_paths(
     for i, name in enumerate(history["tip"].values):
         colour, _ = STYLES[i % len(STYLES)]
         path = tip_path(history, str(name))
-        axes.plot(*path.T, "-o", color=colour, lw=1.2, ms=2.0, zorder=4, label=str(name))
+        axes.plot(*path.T, "-o", color=colour, lw=1.2, ms=2.0, zorder=4, label=as_label(name))
         marker, _ = ENDS[_end(history.sel(tip=name))]
         axes.plot(*path[-1], marker, color=colour, mec="white", ms=7.0, mew=0.5, zorder=5)
     for end, (marker, label) in ENDS.items():
@@ -109,7 +109,7 @@ def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> A
         places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
         shown = _apart(places, np.isfinite(norm), APART * size)
         x, y, cf_x, cf_y = (of_tip[k].values[shown] for k in ("tip_x", "tip_y", "cf_x", "cf_y"))
-        label = f"{name}: |CF| {_range(norm)} N/mm"
+        label = f"{as_label(name)}: |CF| {_range(norm)} N/mm"
         axes.quiver(
             *(x, y, cf_x, cf_y),
             angles="xy",

@@ -20,6 +20,7 @@ from cfmpm.plotting.style import (
     ORANGE,
     PURPLE,
     REGIONS,
+    as_label,
     length_axes,
 )
 from cfmpm.registry.loads import LOADS
@@ -64,7 +65,7 @@ def draw_scene(
         axes.add_patch(Circle((x, y), radius, fill=False, color=GREEN, lw=1.0, ls="--"))
     for tip in grid.tips:
         x, y = grid.nodes[tip.node]
-        axes.annotate(tip.name, (x, y), (4, 4), textcoords="offset points", fontsize=8)
+        axes.annotate(as_label(tip.name), (x, y), (4, 4), textcoords="offset points", fontsize=8)
     for load in scene.loads:
         _draw_load(axes, load, grid, loading.boundaries.get(str(load.name)))
     axes.margins(0.12)
@@ -111,7 +112,7 @@ def _draw_load(axes: Axes, load: Load, grid: Grid, boundary: Boundary | None) ->
     if not kind.places:
         corners = grid.nodes[grid.triangles]
         centre = np.average(corners.mean(axis=1), axis=0, weights=grid.areas)
-        label = f"{load.name}: {what} {_vector(load.value)} {kind.unit}"
+        label = f"{as_label(load.name)}: {what} {_vector(load.value)} {kind.unit}"
         _arrows(axes, centre[None], np.array(load.value), size, PURPLE, label, np.zeros(2))
         return
     if boundary is None:
@@ -122,16 +123,16 @@ def _draw_load(axes: Axes, load: Load, grid: Grid, boundary: Boundary | None) ->
         size = float(np.clip(0.35 * np.ptp(x, axis=0).max(), 0.5 * size, size))
     outward = _outward_normals(grid, boundary.nodes)[chosen]
     if isinstance(load.value, tuple):
-        label = f"{load.name}: {what} {_vector(load.value)} {kind.unit}"
+        label = f"{as_label(load.name)}: {what} {_vector(load.value)} {kind.unit}"
         _arrows(axes, x, np.array(load.value), size, BLUE, label, outward)
         return
     if not kind.holds:
-        label = f"{load.name}: {what} {load.value} {kind.unit}"
+        label = f"{as_label(load.name)}: {what} {load.value} {kind.unit}"
         axes.plot(*x.T, ".", color=BLUE, zorder=4, label=label, clip_on=False)
         return
     given = {"x": load.value.x, "y": load.value.y}
     label = ", ".join(f"u_{a} = {value:g} mm" for a, value in given.items() if value is not None)
-    label = f"{load.name}: {label}"
+    label = f"{as_label(load.name)}: {label}"
     motion = np.array([value or 0.0 for value in given.values()])
     if motion.any():
         _arrows(axes, x, motion, size, ORANGE, label, np.zeros(2))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -109,10 +111,23 @@ def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
 def write_figure(figure: Figure, path: Path, shows: str = "") -> None:
     """Write a figure aside and rename it, so that no half file is ever seen."""
     metadata = {"Description": shows} if shows else None
-    with written_aside_by_name(Path(path)) as aside:
+    with written_aside_by_name(Path(path)) as aside, warnings.catch_warnings():
+        # A name may have letters that the font has not: they become boxes.
+        warnings.filterwarnings("ignore", r"Glyph .* missing from font")
         figure.savefig(
             aside, dpi=RESOLUTION, bbox_inches="tight", pad_inches=0.08, metadata=metadata
         )
+
+
+def as_label(name: object) -> str:
+    """A name as a text of matplotlib, for which $ begins a formula and _ hides a label."""
+    text = str(name).replace("$", r"\$")
+    return f" {text}" if text.startswith("_") else text
+
+
+def in_file_name(name: object) -> str:
+    """A name of a scene as a part of a file name: letters, digits, blanks, dots and dashes."""
+    return re.sub(r"[^\w .+-]", lambda odd: f"%{ord(odd[0]):02X}", str(name))
 
 
 def length_axes(axes: Axes) -> None:

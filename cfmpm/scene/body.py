@@ -18,6 +18,7 @@ from cfmpm.scene.base import Model, refusal
 from cfmpm.scene.material import Material
 from cfmpm.scene.quantities import (
     Coordinate,
+    GroupName,
     Length,
     Name,
     Point,
@@ -74,7 +75,7 @@ class Hole(Model):
 class Region(Model):
     """A part of the body with another material."""
 
-    name: Name = Field(description="name; with a mesh file, the name of a physical surface")
+    name: GroupName = Field(description="name; with a mesh file, the name of a physical surface")
     material: Material
     circle: Circle | None = None
     polygon: list[Corner] | None = Field(None, description="corners of a closed line")
@@ -102,7 +103,14 @@ class Geometry(Model):
 
 
 class MeshFile(Model):
-    """A gmsh mesh of three-node triangles in place of a geometry."""
+    """A gmsh mesh of triangles in place of a geometry.
+
+    Format 1, 2 or 4, as text or binary. Physical groups are taken by their names, which may be any
+    text; one without a name is called curve_3 or surface_3 by its number. What no physical curve
+    names of the boundary is the edge boundary. The keys size, grading and hole_size of mesh have
+    no place beside it. A crack that is open in the file (lips of coincident nodes, as gmsh's
+    plugin Crack makes them) ends where its lips meet.
+    """
 
     file: str = Field(min_length=1, description="path of the .msh file")
     folder: str = Field(
@@ -111,7 +119,9 @@ class MeshFile(Model):
     sha256: str | None = Field(
         None, description="SHA-256 of the file; filled in when the scene is read"
     )
-    cracks: list[Name] = Field([], description="physical curves to be opened as cracks")
+    cracks: list[GroupName] = Field(
+        [], description="physical curves that are cracks, closed in the file or open"
+    )
     regions: list[Region] = Field([], description="materials of physical surfaces")
 
     def digest(self) -> str:

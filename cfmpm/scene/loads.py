@@ -16,6 +16,7 @@ from cfmpm.registry.table import load
 from cfmpm.scene.base import Model, refusal
 from cfmpm.scene.components import Components
 from cfmpm.scene.quantities import (
+    GroupName,
     Name,
     Point,
     Vector,
@@ -34,7 +35,9 @@ class LoadKeys(Model):
     name: Name | None = Field(
         None, description="name of the load; default: the edge's name, or load_1, load_2 ..."
     )
-    edge: Name | None = Field(None, description="a named edge or hole")
+    edge: GroupName | None = Field(
+        None, description="a named edge or hole; with a mesh file, the name of a physical curve"
+    )
     box: Annotated[tuple[Point, Point], BeforeValidator(_box)] | None = Field(
         None, description="two opposite corners [mm]: the part of the boundary inside"
     )

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import unicodedata
 from numbers import Real
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 # Larger numbers are typing errors, and their squares overflow. A body is at most a thousand
 # kilometres long.
@@ -39,6 +40,13 @@ def _pair(value: Any) -> Any:
     return value
 
 
+def _group(value: str) -> str:
+    """Take a name as gmsh does, but for how its accents are made up."""
+    if any(unicodedata.category(letter).startswith("C") for letter in value):
+        raise ValueError("must be one line of text without control characters")
+    return unicodedata.normalize("NFC", value)
+
+
 def _count(value: Any) -> int:
     number = _number(value)
     if not number.is_integer():
@@ -53,4 +61,6 @@ Coordinate = Annotated[Number, Field(ge=-LARGEST_LENGTH, le=LARGEST_LENGTH)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_pair)]
 Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_pair)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
+# The name of a physical group of a mesh file: gmsh takes any text.
+GroupName = Annotated[str, Field(min_length=1, max_length=127), AfterValidator(_group)]
 Count = Annotated[int, BeforeValidator(_count)]

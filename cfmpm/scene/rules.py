@@ -14,7 +14,7 @@ from cfmpm.registry.laws import LAWS
 from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import BodyShape
-from cfmpm.scene.mesh import Grading
+from cfmpm.scene.mesh import Grading, Mesh
 from cfmpm.scene.model import Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
@@ -38,6 +38,7 @@ def broken_rules(scene: Scene) -> list[Finding]:
     if scene.mesh_file is not None:
         return [
             *_mesh_file(scene.mesh_file),
+            *_sizes_of_mesh_file(scene.mesh),
             *_names_of_loads(scene),
             *contradictions(scene),
             *swallowed_loads(scene),
@@ -72,6 +73,17 @@ def broken_rules(scene: Scene) -> list[Finding]:
     return [(key_as_written(scene, key), reason) for key, reason in found]
 
 
+def _sizes_of_mesh_file(mesh: Mesh) -> Iterator[Finding]:
+    """Sizes of elements beside a mesh that has its own."""
+    for key in ("size", "grading", "hole_size"):
+        if getattr(mesh, key) != getattr(Mesh(), key):
+            yield (
+                f"mesh.{key}",
+                "has no effect beside mesh_file, whose triangles are taken as they are; leave it "
+                "out, and mesh the file finer or coarser",
+            )
+
+
 def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
     if not mesh_file.file.endswith(".msh"):
         yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
@@ -80,7 +92,8 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
     elif mesh_file.sha256 not in (None, mesh_file.digest()):
         yield "mesh_file.file", f"has changed since sha256 was taken: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
-    yield from _repeated("mesh_file.regions[{}].name", [r.name for r in mesh_file.regions])
+    for key, reason in _repeated("{}", ["body", *(r.name for r in mesh_file.regions)]):
+        yield f"mesh_file.regions[{int(key) - 1}].name", reason
     for i, region in enumerate(mesh_file.regions):
         if region.circle or region.polygon:
             yield f"mesh_file.regions[{i}]", "takes its shape from the mesh file"

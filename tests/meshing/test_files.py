@@ -22,19 +22,22 @@ def write(
 ):
     """A square of side 10, a crack of 4 from the left at half height, the upper half a surface.
 
-    The crack goes from right to left in the file; the border of the halves beyond it is `seam`.
+    The crack goes from right to left in the file; the border of the halves beyond it is `seam`,
+    of which `inner` touches neither the boundary nor the crack.
     """
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", 1)
     cad = gmsh.model.geo
-    corners = [(0, 0), (10, 0), (10, 5), (10, 10), (0, 10), (0, 5), (4, 5)]
-    a, b, c, d, e, mouth, tip = (cad.addPoint(x, y, 3 + tilt * x) for x, y in corners)
+    corners = [(0, 0), (10, 0), (10, 5), (10, 10), (0, 10), (0, 5), (4, 5), (6, 5), (8, 5)]
+    a, b, c, d, e, mouth, tip, left, right = (cad.addPoint(x, y, 3 + tilt * x) for x, y in corners)
     bottom, low_right, high_right = cad.addLine(a, b), cad.addLine(b, c), cad.addLine(c, d)
     top, high_left, low_left = cad.addLine(d, e), cad.addLine(e, mouth), cad.addLine(mouth, a)
-    crack, seam = cad.addLine(tip, mouth), cad.addLine(c, tip)
-    low = cad.addPlaneSurface([cad.addCurveLoop([bottom, low_right, seam, crack, low_left])])
-    high = cad.addPlaneSurface([cad.addCurveLoop([high_right, top, high_left, -crack, -seam])])
+    crack, inner = cad.addLine(tip, mouth), cad.addLine(right, left)
+    seam = [cad.addLine(c, right), inner, cad.addLine(left, tip)]
+    back = [-line for line in reversed(seam)]
+    low = cad.addPlaneSurface([cad.addCurveLoop([bottom, low_right, *seam, crack, low_left])])
+    high = cad.addPlaneSurface([cad.addCurveLoop([high_right, top, high_left, -crack, *back])])
     if extrude:
         cad.extrude([(2, low)], 0, 0, 1)
     cad.synchronize()
@@ -48,9 +51,10 @@ def write(
         "top": [top],
         "left": [low_left, high_left],
         "slit": [crack],
-        "seam": [seam],
-        "forked": [crack, seam, top],
-        "whole_border": [crack, seam],
+        "seam": seam,
+        "inner": [inner],
+        "forked": [crack, *seam, top],
+        "whole_border": [crack, *seam],
     }
     for name, curves in groups.items():
         gmsh.model.addPhysicalGroup(1, curves, name=name)
@@ -116,8 +120,8 @@ def test_an_older_format(tmp_path):
 
 def test_a_crack_without_a_mouth_begins_at_its_left_end(tmp_path):
     write(tmp_path / "a.msh")
-    t = triangulate(scene_of(tmp_path / "a.msh", cracks=["whole_border"]))
-    line = t.nodes[t.cracks["whole_border"][:, 0]]
+    t = triangulate(scene_of(tmp_path / "a.msh", cracks=["inner"]))
+    line = t.nodes[t.cracks["inner"][:, 0]]
     assert (np.diff(line[:, 0]) > 0).all()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from scene_texts import LINE, assert_refused_once, plate, refused
 
-from cfmpm.scene import config_hash, effective_config, load_scene, scene_from_dict
+from cfmpm.scene import config_hash, effective_config, expand, load_scene, scene_from_dict
 
 CRACK = "[{points: [[0, 30], [50, 30]]}]"
 SIZES = [
@@ -100,6 +100,11 @@ MESH_FILES = [
         "b is a name already in use",
     ),
     (
+        "file: a.msh, regions: [{name: body, material: {E: 1, nu: 0}}]",
+        "mesh_file.regions[0].name",
+        "body is a name already in use",
+    ),
+    (
         "file: a.msh, regions: [{name: b, material: {E: 1, nu: 0}, "
         "circle: {centre: [0, 0], radius: 1}}]",
         "mesh_file.regions[0]",
@@ -112,6 +117,57 @@ MESH_FILES = [
         "takes its shape from the mesh file",
     ),
 ]
+
+
+@pytest.mark.parametrize(
+    ("keys", "key"),
+    [
+        ("size: 2", "mesh.size"),
+        ("grading: uniform", "mesh.grading"),
+        ("grading: {tip_size: 0.1}", "mesh.grading"),
+        ("hole_size: 0.5", "mesh.hole_size"),
+        ("element: T3, size: 2", "mesh.size"),
+    ],
+)
+def test_sizes_beside_a_mesh_file_refused(keys: str, key: str, tmp_path: Path) -> None:
+    (tmp_path / "a.msh").write_text("mesh")
+    text = mesh_scene("file: a.msh") + f"mesh: {{{keys}}}\n"
+    assert_refused_once(text, tmp_path, key, 5, "has no effect beside mesh_file")
+
+
+def test_the_element_of_a_mesh_file_is_a_choice(tmp_path: Path) -> None:
+    (tmp_path / "a.msh").write_text("mesh")
+    (tmp_path / "scene.yaml").write_text(mesh_scene("file: a.msh") + "mesh: {element: T3}\n")
+    assert load_scene(tmp_path / "scene.yaml").mesh.element == "T3"
+
+
+@pytest.mark.parametrize("name", ["top edge", "1st", "a.b", "Größe", "x/y $z$", "-", "a: b"])
+def test_names_of_groups_are_free(name: str, tmp_path: Path) -> None:
+    (tmp_path / "a.msh").write_text("mesh")
+    region = f"{{name: '{name}', material: {{E: 1, nu: 0}}}}"
+    mesh = f"file: a.msh, cracks: ['{name}'], regions: [{region}]"
+    loads = f"[{{edge: '{name}', traction: [0, 1]}}]"
+    (tmp_path / "scene.yaml").write_text(mesh_scene(mesh, loads))
+    scene = load_scene(tmp_path / "scene.yaml")
+    assert scene.mesh_file is not None
+    assert scene.mesh_file.cracks == [name]
+    assert expand(scene).loads[0].name == name
+    assert scene_from_dict(effective_config(scene)) == scene
+
+
+def test_accents_of_names_count_alike_however_they_are_made_up(tmp_path: Path) -> None:
+    (tmp_path / "a.msh").write_text("mesh")
+    (tmp_path / "scene.yaml").write_text(mesh_scene('file: a.msh, cracks: ["e\\u0301"]'))
+    scene = load_scene(tmp_path / "scene.yaml")
+    assert scene.mesh_file is not None
+    assert scene.mesh_file.cracks == ["é"]
+
+
+@pytest.mark.parametrize("name", ["a\\nb", "\\0", "\\u202e", "\\e[1m"])
+def test_names_with_control_characters_refused(name: str, tmp_path: Path) -> None:
+    (tmp_path / "a.msh").write_text("mesh")
+    text = mesh_scene(f'file: a.msh, cracks: ["{name}"]')
+    assert_refused_once(text, tmp_path, "mesh_file.cracks[0]", 3, "without control characters")
 
 
 @pytest.mark.parametrize(("mesh_file", "key", "fragment"), MESH_FILES)

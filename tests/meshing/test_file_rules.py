@@ -1,0 +1,208 @@
+"""Mesh files obey the rules of a geometry; tangled meshes are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mesh_files import PULL, N, Square, along, node, scene_of
+
+from cfmpm.errors import SceneError
+from cfmpm.meshing import triangulate
+from cfmpm.simulation import run
+
+HALF = N // 2
+
+
+def refusals(path, **scene) -> dict[str, str]:
+    with pytest.raises(SceneError) as caught:
+        triangulate(scene_of(path, **scene))
+    assert all("\n" not in problem.reason for problem in caught.value.problems)
+    return {problem.key: problem.reason for problem in caught.value.problems}
+
+
+def cracked(**lines) -> Square:
+    square = Square()
+    square.lines |= {name: along(*places) for name, places in lines.items()}
+    return square
+
+
+CRACKS = {
+    "end to end": (
+        {"a": [(0, 4), (2, 4)], "b": [(2, 4), (4, 4)]},
+        "mesh_file.cracks[1]",
+        "meets a end to end",
+    ),
+    "end to end in an angle": (
+        {"a": [(0, 4), (2, 4)], "b": [(2, 4), (4, 6)]},
+        "mesh_file.cracks[1]",
+        "meets a end to end",
+    ),
+    "crossing": (
+        {"a": [(2, 4), (6, 4)], "b": [(4, 2), (4, 6)]},
+        "mesh_file.cracks[1]",
+        "crosses or touches a",
+    ),
+    "branch": (
+        {"a": [(0, 4), (6, 4)], "b": [(4, 4), (4, 6)]},
+        "mesh_file.cracks[1]",
+        "crosses or touches a",
+    ),
+    "the same twice": (
+        {"a": [(0, 4), (3, 4)], "b": [(0, 4), (3, 4)]},
+        "mesh_file.cracks[1]",
+        "has sides of a too",
+    ),
+    "a part twice": (
+        {"a": [(0, 4), (3, 4)], "b": [(2, 4), (5, 4)]},
+        "mesh_file.cracks[1]",
+        "has sides of a too",
+    ),
+    "through": ({"a": [(0, 4), (N, 4)]}, "mesh_file.cracks[0]", "cuts the body in two"),
+    "over a corner": ({"a": [(0, 2), (2, 2), (2, 0)]}, "mesh_file.cracks[0]", "cuts the body"),
+    "touching the edge": (
+        {"a": [(1, 1), (2, 0), (3, 1)]},
+        "mesh_file.cracks[0]",
+        "touches bottom between its ends",
+    ),
+}
+
+
+def usable(square: Square) -> Square:
+    """Turn the diagonals that the cracks above run along."""
+    for x, y in ((1, 0),):
+        old = [
+            (node(x, y), node(x + 1, y), node(x + 1, y + 1)),
+            (node(x, y), node(x + 1, y + 1), node(x, y + 1)),
+        ]
+        square.triangles = [t for t in square.triangles if t not in old]
+        square.triangles += [
+            (node(x, y), node(x + 1, y), node(x, y + 1)),
+            (node(x + 1, y), node(x + 1, y + 1), node(x, y + 1)),
+        ]
+    return square
+
+
+@pytest.mark.parametrize("kind", CRACKS)
+def test_cracks_of_a_file_obey_the_rules(tmp_path, kind):
+    lines, key, reason = CRACKS[kind]
+    path = usable(cracked(**lines)).write(tmp_path / "a.msh")
+    assert reason in refusals(path, cracks=list(lines))[key]
+
+
+@pytest.mark.parametrize(
+    ("point", "reason"),
+    [
+        ((0, 4), "is on a, which has two faces there"),
+        ((1, 4), "is on a, which has two faces there"),
+        ((3, 4), "is on a, which has two faces there"),
+        ((9, 4), "is outside the body"),
+        ((5.3, 4.1), "the mesh has no node there; the nearest is at [5, 4]"),
+    ],
+)
+def test_points_of_loads(tmp_path, point, reason):
+    path = cracked(a=[(0, 4), (3, 4)]).write(tmp_path / "a.msh")
+    loads = [*PULL, {"name": "pin", "point": point, "force": (0, 1)}]
+    assert reason in refusals(path, cracks=["a"], loads=loads)["loads[3].point"]
+
+
+def test_boxes_of_loads(tmp_path):
+    path = Square().write(tmp_path / "a.msh")
+    loads = [
+        {"box": ((2, 2), (3, 3)), "traction": (0, 1)},
+        {"box": ((2, 2), (3, 2)), "traction": (0, 1)},
+    ]
+    reasons = refusals(path, loads=loads)
+    assert "holds no part of the boundary" in reasons["loads[0].box"]
+    assert "has no width or no height" in reasons["loads[1].box"]
+
+
+def test_regions_that_overlap(tmp_path):
+    square = Square(surfaces={"one": [0, 1, 2, 3], "two": [3, 4], "three": [7]})
+    path = square.write(tmp_path / "a.msh")
+    reasons = refusals(path, regions=["one", "three", "two"])
+    assert reasons == {"mesh_file.regions[2]": "overlaps region one, in 1 triangles"}
+    t = triangulate(scene_of(path, regions=["one", "three"]))
+    np.testing.assert_array_equal(np.bincount(t.regions), [2 * N * N - 5, 4, 1])
+
+
+def test_one_curve_in_two_groups_of_loads(tmp_path):
+    """Supports must agree; a traction that a support carries is refused; tractions add up."""
+    square = Square()
+    square.lines["right"] = along((N, 0), (N, N))
+    square.lines["middle"] = along((6, N), (2, N))
+    square.lines["all"] = square.lines["top"] + square.lines["right"]
+    path = square.write(tmp_path / "a.msh")
+    held = [
+        {"edge": "all", "displacement": {"y": 0}},
+        {"edge": "middle", "traction": (0, 5)},
+    ]
+    assert "has no effect: loads[0]" in refusals(path, loads=held)["loads[1].traction"]
+    both = [*PULL[1:], {"edge": "top", "displacement": {"y": 1}}]
+    both.append({"edge": "middle", "displacement": {"y": 2}})
+    with pytest.raises(SceneError, match="prescribes u_y = 2 mm where"):
+        run(scene_of(path, loads=both))
+    added = run(scene_of(path, loads=[*PULL, {"edge": "middle", "traction": (0, 5)}]))
+    total = added.history["reaction_y"].sel(boundary="bottom").item()
+    assert total == pytest.approx(-(10 * N + 5 * 4), rel=1e-9)
+
+
+def test_further_rules_of_a_geometry(tmp_path):
+    path = cracked(a=[(0, 4), (3, 4)]).write(tmp_path / "a.msh")
+    reasons = refusals(path, cracks=["a"], fracture={"radii": [1.0, 20.0]})
+    assert reasons == {"fracture.radii[1]": "20 is larger than the body, 8"}
+
+
+def test_an_edge_may_be_called_boundary(tmp_path):
+    square = Square()
+    square.lines["boundary"] = square.lines.pop("top")
+    loads = [{"edge": "boundary", "traction": (0, 10)}, *PULL[1:]]
+    t = triangulate(scene_of(square.write(tmp_path / "a.msh"), loads=loads))
+    assert {name: len(pairs) for name, pairs in t.edges.items()} == {
+        "bottom": N,
+        "boundary": N,
+        "boundary_2": 2 * N,
+    }
+
+
+@pytest.mark.parametrize(
+    ("moved", "to"),
+    [
+        ((3, 3), (5.5, 3.2)),  # across its neighbours
+        ((3, 3), (-1, 3)),  # out of the body
+        ((3, 3), (4, 3)),  # onto its neighbour
+        ((0, 3), (2.5, 3)),  # from the boundary to the inside
+        ((0, 0), (1.2, 1.1)),  # a corner over the only triangle behind it
+        ((N, N), (-2, -3)),  # a corner across the whole body
+    ],
+)
+def test_tangled_meshes_are_refused(tmp_path, moved, to):
+    square = Square()
+    square.nodes[node(*moved)] = tuple(map(float, to))
+    reason = refusals(square.write(tmp_path / "a.msh"), loads=PULL[:2])["mesh_file.file"]
+    assert "is tangled" in reason or "have no area" in reason
+
+
+def test_a_body_that_lies_over_itself_is_refused(tmp_path):
+    """Triangles are anticlockwise, and neighbours side by side: a strip that runs round twice."""
+    square = Square()
+    square.nodes = [
+        (float((5 + y) * np.cos(1.2 * x)), float((5 + y) * np.sin(1.2 * x)))
+        for y in range(N + 1)
+        for x in reversed(range(N + 1))
+    ]
+    loads = ({"edge": "top", "traction": (0, 1)},)
+    reason = refusals(square.write(tmp_path / "a.msh"), loads=loads)["mesh_file.file"]
+    assert "is tangled: triangles lie over each other" in reason
+
+
+def test_parts_that_share_one_node_are_refused(tmp_path):
+    square = Square()
+    square.triangles = [
+        t
+        for t in square.triangles
+        if all(square.nodes[k][0] <= 4 and square.nodes[k][1] <= 4 for k in t)
+        or all(square.nodes[k][0] >= 4 and square.nodes[k][1] >= 4 for k in t)
+    ]
+    loads = ({"body_force": (0, 1)},)
+    reason = refusals(square.write(tmp_path / "a.msh"), loads=loads)["mesh_file.file"]
+    assert reason.startswith("hangs together by a single node at (4, 4)")
