@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.body.grid import Floats, Grid, Ints, lengths_of
 from cfmpm.registry.loads import LOADS
 
 if TYPE_CHECKING:  # values that are handed in
@@ -123,17 +123,13 @@ def _corners(box: tuple[XY, XY], grid: Grid) -> tuple[Floats, Floats]:
     return np.min(box, axis=0) - slack, np.max(box, axis=0) + slack
 
 
-def _lengths(grid: Grid, edges: Ints) -> Floats:
-    return np.hypot(*(grid.nodes[edges[:, 1]] - grid.nodes[edges[:, 0]]).T)
-
-
 def _true_lengths(grid: Grid, edges: Ints, sides: Sequence[Side]) -> Floats:
     """Length of the boundary that each edge of a part stands for: more than that of a chord.
 
     A force given as traction times length is then applied in full. In a mesh file nobody knows
     the true shape.
     """
-    lengths = _lengths(grid, edges)
+    lengths = lengths_of(grid.nodes, edges)
     if all(side.through is None for side in sides):
         return lengths
     middles = grid.nodes[edges[:, :2]].mean(axis=1)

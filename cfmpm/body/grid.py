@@ -44,6 +44,35 @@ class Triangulation:
     cracks: dict[str, Ints]
     points: dict[str, int]
 
+    def end_of(self, crack: str, end: int) -> int:
+        """Return the first (end 0) or the last (end -1) node of a crack."""
+        pairs = self.cracks[crack]
+        return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
+
+    @property
+    def crack_lengths(self) -> dict[str, float]:
+        """Length of each crack line [mm]."""
+        return {name: line_length(self.nodes[line_of(p)]) for name, p in self.cracks.items()}
+
+    def edge_at(self, node: int) -> str | None:
+        """Return the named part of the boundary of the body that a node lies on, if any."""
+        return next((name for name, pairs in self.edges.items() if (pairs == node).any()), None)
+
+    def is_inside(self, node: int) -> bool:
+        """Whether triangles close a ring around a node.
+
+        The names of edges do not tell: in a grid with a margin they lie inside it.
+        """
+        element, corner = np.nonzero(self.triangles == node)
+        after, before = (self.triangles[element, (corner + step) % 3] for step in (1, 2))
+        return np.array_equal(np.sort(after), np.sort(before))
+
+    def is_tip(self, crack: str, end: int) -> bool:
+        """Whether an end of a crack lies inside the grid and on no other crack line."""
+        node = self.end_of(crack, end)
+        met = sum(np.count_nonzero(pairs == node) for pairs in self.cracks.values())
+        return met == 1 and self.is_inside(node)
+
 
 @dataclass(frozen=True)
 class CrackTip:
@@ -75,6 +104,11 @@ class CrackTip:
     tangent: Floats
     h: float
     straight: float
+
+    @property
+    def crack_length(self) -> float:
+        """Length of the crack line that ends here [mm]."""
+        return line_length(self.path)
 
 
 @dataclass(frozen=True)
@@ -189,11 +223,6 @@ def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
     triangles = triangulation.triangles.copy()
     offsets, half_edges = topology.node_stars(triangles, n_nodes)
     twins = topology.find_twins(triangles, offsets, half_edges)
-    on_boundary = np.zeros(n_nodes, bool)
-    for k in range(3):
-        open_side = twins[:, k] < 0
-        on_boundary[triangles[open_side, k]] = True
-        on_boundary[triangles[open_side, (k + 1) % 3]] = True
 
     def sides(pairs: Ints) -> tuple[Ints, Ints]:
         """Half-edges on the left and on the right of node pairs, -1 where there is none."""
@@ -210,7 +239,7 @@ def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
     tips = tuple(
         tip
         for name, pairs in triangulation.cracks.items()
-        for tip in _tips(name, pairs, triangulation, on_boundary, offsets, half_edges)
+        for tip in _tips(name, pairs, triangulation, offsets, half_edges)
     )
 
     nodes = triangulation.nodes
@@ -272,22 +301,14 @@ def _tips(
     name: str,
     pairs: Ints,
     triangulation: Triangulation,
-    on_boundary: NDArray[np.bool_],
     offsets: Ints,
     half_edges: Ints,
 ) -> list[CrackTip]:
     """Find the ends of one crack that lie inside the body and on no crack."""
     nodes, triangles = triangulation.nodes, triangulation.triangles
-    line = np.concatenate([pairs[:, 0], pairs[-1:, 1]])
-    met = np.concatenate(
-        [line, *(p.ravel() for other, p in triangulation.cracks.items() if other != name)]
-    )
-    ends = {"start": line[::-1], "end": line}
-    inside = {
-        end: path
-        for end, path in ends.items()
-        if not on_boundary[path[-1]] and np.count_nonzero(met == path[-1]) == 1
-    }
+    line = line_of(pairs)
+    ends = {0: line[::-1], -1: line}
+    inside = {end: path for end, path in ends.items() if triangulation.is_tip(name, end)}
     tips = []
     for end, path in inside.items():
         tip = path[-1]
@@ -300,9 +321,9 @@ def _tips(
         rim = nodes[triangles[star // 3, (star + 1) % 3]]
         tips.append(
             CrackTip(
-                name=f"{name}_{end}" if len(inside) == 2 else name,
+                name=f"{name}_{'end' if end else 'start'}" if len(inside) == 2 else name,
                 crack=name,
-                end=0 if end == "start" else -1,
+                end=end,
                 node=int(tip),
                 path=nodes[path[::-1]],
                 tangent=tangent,
@@ -311,6 +332,22 @@ def _tips(
             )
         )
     return tips
+
+
+def line_of(pairs: Ints) -> Ints:
+    """Return the nodes along a line of consecutive node pairs, (k + 1,)."""
+    return np.concatenate([pairs[:, 0], pairs[-1:, 1]])
+
+
+def line_length(points: Floats) -> float:
+    """Return the length of the line through points (k, 2) [mm]."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())
+
+
+def lengths_of(nodes: Floats, pairs: Ints) -> Floats:
+    """Return the length of the line between the first two nodes of each row, (k,) [mm]."""
+    lengths: Floats = np.hypot(*(nodes[pairs[:, 1]] - nodes[pairs[:, 0]]).T)
+    return lengths
 
 
 def regions_ahead(grid: Grid, tip: CrackTip, direction: Floats) -> list[int]:

@@ -1,4 +1,4 @@
-"""Integration by pieces: the parts of material points' domains in the triangles of a moved grid."""
+"""Integration over particle domains: their intersections with the triangles of a moved grid."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from cfmpm.body.rigid_motions import UnheldError
 from cfmpm.build import compose
 from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.fracture.refinement import refine
-from cfmpm.fracture.release import Release, advance, is_tip
+from cfmpm.fracture.release import Release, advance
 from cfmpm.meshing import running_size
 from cfmpm.scene import Scene
 
@@ -52,8 +52,8 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     for name, direction in running.items():
         tip = tips[name]
         # One that ran before it in this increment may have come to it.
-        if is_tip(mesh, tip.crack, tip.end):
-            size = running_size(scene, float(np.hypot(*np.diff(tip.path, axis=0).T).sum()))
+        if mesh.is_tip(tip.crack, tip.end):
+            size = running_size(scene, tip.crack_length)
             if size is not None:
                 mesh, parts = refine(mesh, tip.path[0], size)
                 refined.append(parts)

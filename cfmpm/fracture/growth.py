@@ -19,6 +19,7 @@ from cfmpm.fracture.criteria.protocols import (
     direction_by,
     driving_force_by,
     is_closed,
+    load_factor_at_fracture,
 )
 from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture, presses
 from cfmpm.fracture.fatigue import Progress
@@ -210,7 +211,7 @@ def _proportional_load_of_growth(largest: float, last: Decision | None) -> tuple
     """Load factor at which the first tip runs, from its ratio at one; both of a relieved body."""
     if last is not None and largest * last.load_factor**2 < RELIEVED:
         largest = 0.0
-    return 1.0 / math.sqrt(largest) if largest > 0.0 else math.inf, largest
+    return load_factor_at_fracture(largest, 1.0), largest
 
 
 def _headings(
@@ -364,7 +365,7 @@ def _check_fracture(
     ratio = now.driving[tip.name]
     if not ratio >= 1.0:
         return
-    length = float(np.hypot(*np.diff(tip.path, axis=0).T).sum())
+    length = tip.crack_length
     cycles, text = now.cycles, f"fractured: {tip.name} reaches g_c in the first cycle"
     if before is not None:
         # Between the last two steps, by a straight line.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
+from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, lengths_of
 from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels import constitutive, eshelby
@@ -298,10 +298,10 @@ def _contact_traction(
     links = np.stack([along[:, :-1], along[:, 1:]], axis=2).reshape(-1, 2)
     if tip.end == -1:
         links = links[::-1, ::-1]
-    lengths = np.hypot(*(grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]).T)
+    lengths = lengths_of(grid.nodes, left)
     share = np.bincount(left.ravel(), np.outer(lengths, rule).ravel(), len(grid.nodes))
     traction = contact_force[links] / share[links][:, :, None]
-    length = np.hypot(*(grid.nodes[links[:, 1]] - grid.nodes[links[:, 0]]).T)
+    length = lengths_of(grid.nodes, links)
     end = np.cumsum(length)
     start = end - length
     near = end <= min(NEAR * tip.h, 0.5 * end[-1])

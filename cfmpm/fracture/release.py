@@ -76,7 +76,7 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
     triangulation : Triangulation
     crack : str
     end : {0, -1}
-        Which end of the crack runs: its first or its last node; a tip (`is_tip`).
+        Which end of the crack runs: its first or its last node; a tip.
     direction : (2,) float
         Where to. One that points more than `LARGEST_KINK` away from the end of the crack is
         turned back to that.
@@ -109,20 +109,6 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
         options += star.split(first, second, place, heading)
         options += star.met((first, second))
     return star.release(max(options, key=lambda option: star.worth(option, heading)), asked)
-
-
-def is_tip(triangulation: Triangulation, crack: str, end: int) -> bool:
-    """Whether an end of a crack lies inside the body and on no other crack line.
-
-    Parameters
-    ----------
-    triangulation : Triangulation
-    crack : str
-    end : {0, -1}
-    """
-    node = _end_node(triangulation, crack, end)
-    met = sum(int((pairs == node).sum()) for pairs in triangulation.cracks.values())
-    return met == 1 and not any((pairs == node).any() for pairs in triangulation.edges.values())
 
 
 def fixed_nodes(triangulation: Triangulation) -> NDArray[np.bool_]:
@@ -196,7 +182,7 @@ class _Star:
     def __init__(self, triangulation: Triangulation, crack: str, end: int) -> None:
         self.mesh = triangulation
         self.crack, self.end = crack, end
-        self.tip = _end_node(triangulation, crack, end)
+        self.tip = triangulation.end_of(crack, end)
         self.fixed = fixed_nodes(triangulation)
         triangles = triangulation.triangles
         self.stars = topology.node_stars(triangles, len(triangulation.nodes))
@@ -282,7 +268,7 @@ class _Star:
         segment = option.mesh.nodes[option.node] - self.origin
         worth *= min(1.0, SNAP / max(SNAP, _angle(segment, direction)))
         extended = self._extended(option)
-        if is_tip(extended, self.crack, self.end):
+        if extended.is_tip(self.crack, self.end):
             worth *= min(1.0, float(np.hypot(*segment)) / (SHORT * self.size))
         return worth
 
@@ -328,11 +314,6 @@ class _Star:
 def _angle(vector: Floats, direction: Floats) -> float:
     """Angle between two vectors [deg], 0 to 180."""
     return float(np.degrees(abs(np.angle(complex(*vector) / complex(*direction)))))
-
-
-def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
-    pairs = mesh.cracks[crack]
-    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
 
 
 def _halved(pairs: Ints, first: int, second: int, new: int) -> Ints:

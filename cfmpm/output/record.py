@@ -226,28 +226,27 @@ class Record:
         return values
 
     def _of_line_ends(self, mesh: Triangulation) -> dict[str, Any]:
-        lengths = _lengths(mesh)
-        nodes = {name: _end_node(mesh, *place) for name, place in self.origin.tips.items()}
+        lengths = mesh.crack_lengths
+        nodes = {name: mesh.end_of(*place) for name, place in self.origin.tips.items()}
         return {
             "tip_x": np.array([mesh.nodes[node, 0] for node in nodes.values()]),
             "tip_y": np.array([mesh.nodes[node, 1] for node in nodes.values()]),
             "crack_length": np.array([lengths[crack] for crack, _ in self.origin.tips.values()]),
             "tip_status": np.array(
                 [
-                    variables.TIP_STATUS.index(self._arrival(mesh, crack, nodes[name]))
-                    for name, (crack, _) in self.origin.tips.items()
+                    variables.TIP_STATUS.index(self._arrival(mesh, *place))
+                    for place in self.origin.tips.values()
                 ],
                 float,
             ),
         }
 
-    def _arrival(self, mesh: Triangulation, crack: str, node: int) -> str:
+    def _arrival(self, mesh: Triangulation, crack: str, end: int) -> str:
         """Say where the end of a crack lies."""
-        for name, pairs in mesh.edges.items():
-            if (pairs == node).any():
-                return "arrived_hole" if name in self.holes else "arrived_boundary"
-        met = sum(int((pairs == node).sum()) for pairs in mesh.cracks.values())
-        return "arrived_crack" if met > 1 else "stopped"
+        edge = mesh.edge_at(mesh.end_of(crack, end))
+        if edge is not None:
+            return "arrived_hole" if edge in self.holes else "arrived_boundary"
+        return "stopped" if mesh.is_tip(crack, end) else "arrived_crack"
 
     def _jumped(self, status: NDArray[np.float64]) -> bool:
         """Whether a tip has broken through to where it arrived since the step before."""
@@ -295,19 +294,6 @@ class Record:
         jumps = np.array([step.values.get("jump", 0.0) for step in self.steps], float) > 0.0
         flags[:-1][jumps[1:]] = 0
         return flags
-
-
-def _lengths(mesh: Triangulation) -> dict[str, float]:
-    """Length of each crack [mm]."""
-    return {
-        name: float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
-        for name, pairs in mesh.cracks.items()
-    }
-
-
-def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
-    pairs = mesh.cracks[crack]
-    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
 
 
 def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float, float]:
