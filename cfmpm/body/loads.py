@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -86,12 +86,21 @@ class NodalLoads:
 
     def times(self, factor: float) -> NodalLoads:
         """Return a multiple, in arrays of its own."""
-        return NodalLoads(*(factor * getattr(self, part.name) for part in fields(self)))
+        return NodalLoads(
+            factor * self.force,
+            factor * self.displacement,
+            factor * self.own_weight,
+            factor * self.body_force,
+        )
 
     def plus(self, other: NodalLoads) -> NodalLoads:
         """Return the sum with other loads on the same nodes."""
-        names = [part.name for part in fields(self)]
-        return NodalLoads(*(getattr(self, name) + getattr(other, name) for name in names))
+        return NodalLoads(
+            self.force + other.force,
+            self.displacement + other.displacement,
+            self.own_weight + other.own_weight,
+            self.body_force + other.body_force,
+        )
 
 
 @dataclass(frozen=True)
@@ -285,20 +294,20 @@ class _Part:
         [N/mm], [mm].
     density : (2,) float
         Body force [N/mm^3].
-    owner : dict of (int, int) to int
-        The load that prescribes a component of a node last.
+    owner : (n, 2) int
+        The load that prescribes a component of a node last, -1 where none does.
     """
 
     force: Floats
     displacement: Floats
     density: Floats
-    owner: dict[tuple[int, int], int]
+    owner: Ints
 
     @classmethod
     def of(cls, grid: Grid) -> Self:
         """Nothing, on the nodes of a grid."""
         shape = grid.nodes.shape
-        return cls(np.zeros(shape), np.zeros(shape), np.zeros(2), {})
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(2), np.full(shape, -1))
 
     def with_weight(self, grid: Grid, points: MaterialPoints) -> NodalLoads:
         """Return the nodal values, with the body force on the points shared out to the nodes."""
@@ -352,7 +361,7 @@ class _NodalValues:
             for axis in np.flatnonzero(given.any(axis=0)).tolist():
                 chosen, values = nodes[given[:, axis]], applied.displacement[given[:, axis], axis]
                 holds[given[:, axis], axis] = ~self.prescribed[chosen, axis]
-                known = np.array([(int(node), axis) in part.owner for node in chosen], bool)
+                known = part.owner[chosen, axis] >= 0
                 clash = np.flatnonzero(known & (part.displacement[chosen, axis] != values))
                 if clash.size:
                     node, value = int(chosen[clash[0]]), values[clash[0]]
@@ -365,7 +374,7 @@ class _NodalValues:
                     )
                 self.prescribed[chosen, axis] = True
                 part.displacement[chosen, axis] = values
-                part.owner.update({(int(node), axis): i for node in chosen})
+                part.owner[chosen, axis] = i
         weights = place.weights / place.weights.sum()
         self.boundaries[str(load.name)] = Boundary(nodes, weights, force, holds, fixed)
 
