@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm.output.variables import TIP_STATUS
+from cfmpm.output.variables import ARRIVED_FLAGS
 
 # How many elements a ligament needs that a crack is to pass through.
 LIGAMENT = 3.0
@@ -30,7 +30,7 @@ def before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
     place = np.column_stack([tip["tip_x"], tip["tip_y"]])
     rest = np.append(np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1], 0.0)
     h = tip["tip_size"].values
-    arrived = TIP_STATUS[int(tip["tip_status"][-1])].startswith("arrived")
+    arrived = int(tip["tip_status"][-1]) in ARRIVED_FLAGS
     return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
 
 

@@ -252,9 +252,8 @@ class Record:
         """Whether a tip has broken through to where it arrived since the step before."""
         if not self.steps:
             return False
-        arrived = [word.startswith("arrived") for word in variables.TIP_STATUS]
         now, before = (
-            np.array(arrived)[np.asarray(flags, int)]
+            np.isin(flags, variables.ARRIVED_FLAGS)
             for flags in (status, self.steps[-1].values["tip_status"])
         )
         return bool((now & ~before).any())

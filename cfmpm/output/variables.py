@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+# What became of a tip, in the order of the flag values of `tip_status`.
+ARRIVED = ("arrived_boundary", "arrived_hole", "arrived_crack")
 TIP_STATUS = (
     "growing",
     "stopped",
-    "arrived_boundary",
-    "arrived_hole",
-    "arrived_crack",
+    *ARRIVED,
     "severed",  # inside a body that another crack has cut apart
 )
+ARRIVED_FLAGS = tuple(map(TIP_STATUS.index, ARRIVED))
 STEP, TIP, RADIUS = ("step",), ("step", "tip"), ("step", "tip", "radius")
 _STRESS_INTENSITY = "MPa mm0.5"
 
