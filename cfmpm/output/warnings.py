@@ -1,4 +1,4 @@
-"""What is doubtful about the numbers of a run, said by the run itself."""
+"""Warnings of a run: which of its results are doubtful, why, and what to change."""
 
 from __future__ import annotations
 
@@ -24,54 +24,62 @@ from cfmpm.scene.families import expand
 from cfmpm.scene.growth import Growth
 from cfmpm.scene.model import Scene
 
-# What materials have, widened to round numbers: Young's modulus from gels (1e-3 MPa) to
-# diamond (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and
-# Jones, Engineering Materials 1, tables of Young's modulus and of toughness.
+# Range of material constants, rounded outwards: Young's modulus from gels (1e-3 MPa) to diamond
+# (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and Jones,
+# Engineering Materials 1, tables of Young's modulus and of toughness.
 USUAL = {"E": (1e-3, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
-# Part of the work of the loads that the energies may miss at finite deformation.
+# Largest accepted relative difference of external work and energies at finite deformation.
 IMBALANCE = 0.01
-# Angle between a segment and the direction asked for [deg] that is worth a warning.
+# Largest angle between a segment and the direction of growth without a warning [deg].
 DEVIATION = 5.0
-# How much larger than at the start the elements at a tip may become.
+# Largest ratio of the element size at a tip to that at the start without a warning.
 COARSER = 3.0
-# Difference of J over the domain radii that is worth a warning, as a part of itself; and how small
-# it must be, as a part of the largest energy over the clearance, for J to be nothing but round-off.
+# Largest relative difference of J between domain radii without a warning. A difference below NO_J
+# times the largest strain energy over the clearance is round-off.
 OVER_RADII, NO_J = 0.1, 1e-6
-# Differences of J from G, and of work from what it went into, that are worth one.
+# Largest relative difference of J and G, and largest relative energy gap, without a warning.
 J_FROM_G = 0.05
 OPEN_BALANCE = 0.05
-# Of a grid that is reset (design study): how full a triangle is, what is left of a point's volume,
-# how far two domains of the configurational force are apart, and element sizes of drift at a tip.
+# Limits for a grid that is reset (design study): smallest filled fraction of a triangle, smallest
+# ratio of a point's volume to its initial volume, largest relative difference between the
+# configurational forces of the two domains, largest drift at a tip in element sizes.
 LEAST_FILL, LEAST_VOLUME, APART, DRIFT = 0.1, 0.5, 0.02, 0.25
 
 
 def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
-    """Say what may lead further where a run has lost its stability.
+    """Suggest changes of a scene for which no further stable state was found.
 
     Parameters
     ----------
     scene : Scene
     balance : Equilibrium
         The last stable one.
+
+    Returns
+    -------
+    list of str
     """
     found = []
     if not all(LOADS[load.kind].holds for load in expand(scene).loads):
-        found.append("Prescribed displacements lead past a largest load; forces do not.")
+        found.append("Prescribed displacements can pass a limit load; prescribed forces cannot.")
     law = LAWS[scene.material.law]
     if balance.unstable_points > 0 and not (law.elliptic or law.plastic):
-        found.append("material.law: ciarlet keeps the ellipticity that points have lost.")
+        found.append("Points have lost ellipticity; material.law: ciarlet never loses it.")
     if scene.formulation == "updated":
-        found.append("formulation: total has no grid that a body could leave or tear.")
+        found.append(
+            "formulation: total does not reset the grid, so that the body can neither leave the "
+            "grid nor separate from it."
+        )
     if scene.growth is not None:
         found.append(
-            "Behind a running tip triangles are stretched most: mesh.grading: uniform and "
-            "mesh.element: T3 bear more."
+            "Triangles are stretched most behind a growing tip; mesh.grading: uniform and "
+            "mesh.element: T3 tolerate larger stretches."
         )
-    return found or ["Fewer loads, or a body that does not buckle, keep it stable."]
+    return found or ["Reduce the load, or change the body so that it does not buckle."]
 
 
 def unusual(scene: Scene) -> list[str]:
-    """Name the constants of materials that look as if they were in other units.
+    """Find material constants outside the usual range, which suggests other units.
 
     Parameters
     ----------
@@ -81,7 +89,7 @@ def unusual(scene: Scene) -> list[str]:
     Returns
     -------
     list of str
-        Hints: a scene may have such a material.
+        Warnings only, since such a material is possible.
     """
     part = scene.geometry or scene.mesh_file
     materials = {"": scene.material}
@@ -92,14 +100,14 @@ def unusual(scene: Scene) -> list[str]:
             value = getattr(material, key)
             if value is not None and not low <= value <= high:
                 found.append(
-                    f"{name}material.{key}: {value:g} {unit} is outside of {low:g} to {high:g} "
-                    f"{unit}, which materials have; is it meant in {unit}?"
+                    f"{name}material.{key}: {value:g} {unit} is outside the usual range of "
+                    f"{low:g} to {high:g} {unit}; check that it is given in {unit}"
                 )
     return found
 
 
 def _by_finite(scene: Scene) -> str:
-    """What leads to finite deformation, with all without which the scene would be refused."""
+    """The keys that a scene needs for finite deformation, including those it requires besides."""
     growth = scene.growth
     needs = {
         "plane: strain": scene.plane == "strain",
@@ -107,11 +115,11 @@ def _by_finite(scene: Scene) -> str:
         "growth.direction: cf": growth is None or not DIRECTIONS[growth.direction].needs_k,
     }
     missing = [need for need, given in needs.items() if not given]
-    return "kinematics: finite" + (f", with {' and '.join(missing)}," if missing else "")
+    return "kinematics: finite" + (f" (with {' and '.join(missing)})" if missing else "")
 
 
 def _adds_up(body: Body, balance: Equilibrium) -> bool:
-    """Whether the work of the loads is what is stored and what plastic flow has taken."""
+    """Whether the external work equals the strain energy and the plastic work within IMBALANCE."""
     points = balance.points
     spent = float(points.energy @ points.volume)
     if points.internal_variables.size:
@@ -120,7 +128,7 @@ def _adds_up(body: Body, balance: Equilibrium) -> bool:
 
 
 def _leans(body: Body, balance: Equilibrium) -> bool:
-    """Whether a rotation that the program holds carries a force at finite deformation."""
+    """Whether a rigid rotation held at nodes has a reaction at finite deformation."""
     places = tuple(body.loading.turning.T)
     if not balance.finite or not body.loading.turning.size:
         return False
@@ -130,7 +138,7 @@ def _leans(body: Body, balance: Equilibrium) -> bool:
 
 
 def doubts_before(scene: Scene, body: Body) -> list[str]:
-    """Name what is doubtful already before a solve.
+    """Give the warnings that are known before the first solve.
 
     Parameters
     ----------
@@ -146,31 +154,31 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
     found = [*unusual(scene), *body.loading.warnings]
     if not body.loading.any:
         found.append(
-            "nothing loads the body, so all results are zero: give loads a traction, a force or a "
-            "displacement other than zero, or a body_force"
+            "the body has no load, so that all results are zero: add a traction, a force, a "
+            "displacement other than zero, or a body_force to loads"
         )
     if body.patches is not None and body.materials.plastic.any():
         found.append(
-            "T3 with plastic flow stays too stiff near the limit load, averaged over pairs of "
-            "triangles or not: take mesh.element: T6, which under formulation: updated goes with "
-            "grid: fixed"
+            "linear triangles (T3) are too stiff in plastic flow near the limit load, also with "
+            "the volume change averaged over patches: use mesh.element: T6 (formulation: updated "
+            "then needs grid: fixed)"
         )
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         if domain.cut_back:
             found.append(
-                f"{tip.name}: radii asked for were cut back to {FILL} of the distance to what a "
-                "domain must not hold (domain_radius)"
+                f"{tip.name}: requested domain radii were reduced to {FILL} of the clearance, the "
+                "distance to the nearest object that a domain must not contain (domain_radius)"
             )
         if not domain.growing and max(domain.radii) < RESOLVED * tip.h:
             found.append(
-                f"{tip.name}: its domain reaches over few elements; make the grid finer there "
-                "(mesh.grading.tip_size, or mesh.size)"
+                f"{tip.name}: the largest domain radius is below {RESOLVED:g} element sizes; "
+                "refine the grid at the tip (mesh.grading.tip_size, or mesh.size)"
             )
     return found
 
 
 def doubts_of_domains(history: xr.Dataset) -> list[str]:
-    """Name the stationary tips at which J depends on the domain that it is summed over.
+    """Find the stationary crack tips at which J depends on the domain.
 
     Parameters
     ----------
@@ -191,20 +199,19 @@ def doubts_of_domains(history: xr.Dataset) -> list[str]:
     far = (spread > OVER_RADII * abs(largest)) & (spread > felt)
     what = "the sum of J and J_plastic" if plastic else "J"
     why = (
-        "plastic flow out of proportion to the load, as in unloading, makes it so"
+        "plastic loading was not proportional, as in unloading"
         if plastic
-        else "smaller elements at the tip make it depend less"
+        else "refine the grid at the tip"
     )
     return [
         f"{name}: {_steps(far.sel(tip=name).values)} {what} differs by more than "
-        f"{100 * OVER_RADII:g} % of itself over the domain radii: J depends on the domain there: "
-        f"{why}"
+        f"{100 * OVER_RADII:g} % between the domain radii, so that J depends on the domain: {why}"
         for name in history["tip"].values[far.any("step")]
     ]
 
 
 def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
-    """Name what is doubtful about the way that cracks have run.
+    """Find steps of crack growth whose results are doubtful.
 
     Parameters
     ----------
@@ -214,7 +221,7 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
     Returns
     -------
     list of str
-        With the steps. What happens within the last elements before an arrival is left out.
+        With the steps. Steps within the last elements before an arrival are ignored.
     """
     found = []
     for name in history["tip"].values:
@@ -225,23 +232,25 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
         if close.any():
             nearest = float(clearance[close].min())
             found.append(
-                f"{name}: {_steps(close)} it passes in {nearest:.3g} mm what no domain may hold, "
-                f"less than {LIGAMENT:g} elements: its direction is coarse there; fracture.refine "
-                "of a third of that, or mesh.hole_size, resolves it"
+                f"{name}: {_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
+                f"{LIGAMENT:g} element sizes, and the direction of growth is inaccurate; set "
+                "fracture.refine to a third of the clearance, or reduce mesh.hole_size"
             )
         coarse = before & (h > COARSER * h[0])
         if coarse.any():
             found.append(
                 f"{name}: {_steps(coarse)} the elements at the tip are up to "
-                f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start: it has left "
-                "the fine grid; fracture.refine takes it along"
+                f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start, since the tip "
+                "has left the refined part of the grid; fracture.refine keeps the grid refined "
+                "around the tip"
             )
         G, J = tip["G"].values, tip["J"].values
         border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
         if border.any() and np.isfinite(tip["K_I"]).any():
             found.append(
-                f"{name}: {_steps(border)} it lies on the border of two materials, where K_I and "
-                "K_II mean nothing: J is compared with g_c, and it runs straight on"
+                f"{name}: {_steps(border)} the tip lies on the interface of two materials, where "
+                "K_I and K_II are not defined; J is compared with g_c, and the crack grows "
+                "straight ahead"
             )
         with np.errstate(divide="ignore", invalid="ignore"):
             apart = np.where(before & ~close, np.abs(J / G - 1.0), 0.0)
@@ -249,9 +258,9 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
         if far.any():
             found.append(
                 f"{name}: {_steps(far)} J and G from K_I and K_II differ by up to "
-                f"{100 * apart.max():.2g} %: the grid is too coarse there; fracture.refine makes "
-                "it finer around the running tip, but for the first segments behind a kink, which "
-                "are as short as an element on any grid"
+                f"{100 * apart.max():.2g} %: the grid is too coarse; fracture.refine refines it "
+                "around the growing tip. The first segments behind a kink keep this difference, "
+                "since they are as short as an element on any grid"
             )
     if growth.control == "crack":
         found += _open_balance(history)
@@ -259,25 +268,25 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
 
 
 def _open_balance(history: xr.Dataset) -> list[str]:
-    """Warn of energy that the equilibrium path gains or loses."""
+    """Warn of an energy gap along the equilibrium path."""
     parts = parts_of_gap(history)
     if not max(parts) > OPEN_BALANCE:
         return []
     return [
-        f"the balance of energy is open by {100 * parts[1]:.2g} % of g_c times new length, "
-        f"{100 * parts[0]:.2g} % of the work: by so much G is wrong on the way; fracture.refine, "
-        "or a smaller mesh.size, closes it"
+        f"the energy balance has a gap of {100 * parts[1]:.2g} % of the fracture energy, "
+        f"{100 * parts[0]:.2g} % of the external work, which measures the error of G along the "
+        "path; reduce it by fracture.refine or a smaller mesh.size"
     ]
 
 
 def _steps(where: NDArray[np.bool_]) -> str:
-    """The steps from the first to the last one."""
+    """Name the range of steps from the first to the last marked one."""
     first, last = np.flatnonzero(where)[[0, -1]] + 1
     return f"in step {first}" if first == last else f"in steps {first} to {last}"
 
 
 def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
-    """Name what makes the numbers of a state of balance doubtful.
+    """Give the warnings about one state of equilibrium.
 
     Parameters
     ----------
@@ -286,7 +295,7 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -
     body : Body
     balance : Equilibrium
     scale : float
-        What its stresses are multiplied with.
+        Factor by which its stresses are multiplied.
 
     Returns
     -------
@@ -298,78 +307,76 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -
     for name, opening in smallest_openings(grid, balance.displacement, balance.finite).items():
         if opening < -1e-6 * largest:
             fixed = body.motion is not None and body.motion.reset.fixed
-            why = (
-                "on a fixed grid, which has no contact" if fixed else "where supports prescribe it"
-            )
+            why = "since a fixed grid has no contact" if fixed else "where supports prescribe it"
             found.append(f"{name}: its faces overlap {why}")
     if balance.unstable_points > 0:
         found.append(
-            f"from load factor {balance.unstable_from:.4g} on the material has lost ellipticity at "
-            "points (unstable_points): results there depend on the grid, and finer grids lose "
-            "their stability sooner; material.law: ciarlet keeps it"
+            f"from load factor {balance.unstable_from:.4g} on material points have lost "
+            "ellipticity (unstable_points): results there depend on the grid, and finer grids "
+            "become unstable at lower loads; material.law: ciarlet stays elliptic"
         )
     if balance.finite_effect * abs(scale) > NEGLIGIBLE:
         found.append(
-            f"finite deformation, left out, would change the energy by more than {NEGLIGIBLE:g} of "
-            f"itself (finite_effect); {_by_finite(scene)} takes it into account"
+            "finite deformation is neglected, but would change the strain energy by more than "
+            f"{100 * NEGLIGIBLE:g} % (finite_effect); {_by_finite(scene)} takes it into account"
         )
     one_grid = body.motion is None and scene.growth is None
     if balance.finite and one_grid and not _adds_up(body, balance):
         found.append(
-            "the work of the loads, summed step by step, differs from the energies by more than "
-            f"{IMBALANCE:g} of itself (external_work): more load_steps make it better"
+            "the external work, summed over the load steps, differs from the strain energy and "
+            f"plastic work by more than {100 * IMBALANCE:g} % (external_work): increase load_steps"
         )
     if _leans(body, balance):
         found.append(
-            "the loads have a moment on the deformed body that turns it away, as those in "
-            "compression do: its rotation, which no support holds, was held and carries that moment"
+            "the loads have a moment on the deformed body, as compressive loads do, and no support "
+            "prevents the rotation: it was held, with a reaction moment"
         )
     if balance.residual_floor > 0.0:
         found.append(
-            "the unbalanced force (residual_norm) is at the floor that round-off sets, above what "
-            "is asked for: a strong contrast of stiffness, near incompressibility, or a slender "
+            "the unbalanced force (residual_norm) is above the tolerance, limited by round-off; "
+            "causes are a large contrast of stiffness, near incompressibility, or a slender "
             "ligament"
         )
     if body.grown.deviation > DEVIATION:
         found.append(
-            f"a segment points more than {DEVIATION:g} deg away from the direction asked for: that "
-            f"one pointed back, beyond a kink of {LARGEST_KINK:g} deg, or the crack ran into a "
-            "node next to its way that may not move"
+            f"a segment deviates by more than {DEVIATION:g} deg from the direction of growth: the "
+            f"kink would have exceeded {LARGEST_KINK:g} deg, or the crack was led to a node beside "
+            "its path that may not move"
         )
     if body.motion is not None:
         found += _alarms(body, body.motion, balance)
     elif body.empty_elements:
         found.append(
-            "growth.transfer: paper left triangles without a material point (empty_elements), and "
-            "nodes without stiffness (floating_nodes), which were held"
+            "growth.transfer: paper left triangles without a material point (empty_elements) and "
+            "nodes without stiffness (floating_nodes); these nodes were held"
         )
     return found
 
 
 def _alarms(body: Body, motion: Motion, balance: Equilibrium) -> Iterator[str]:
-    """Name what is wrong with the grid that a body was reset on."""
+    """Give the warnings about a grid that is reset."""
     if body.empty_elements:
         yield (
-            "triangles inside the body have lost material points (empty_elements): each is a hole "
-            "or a mechanism, and its neighbours carry its volume; forces are wrong by some per "
-            "cent and more from the first of them on; updated.integration: domains has none, "
-            "which needs mesh.element: T3 and does not go with j2"
+            "triangles inside the body have lost material points (empty_elements): each acts as a "
+            "hole or a mechanism, and its neighbours carry its volume. One such triangle already "
+            "causes errors of some per cent in forces. updated.integration: domains avoids them "
+            "(linear triangles, mesh.element: T3, and hyperelastic laws only)"
         )
     if motion.fill < LEAST_FILL:
         yield (
-            f"material fills less than {LEAST_FILL:g} of a triangle inside the body (least_fill), "
-            "which is nearly without stiffness; updated.ghost: 0.1, which needs mesh.element: T3, "
-            "stabilises it"
+            f"material fills less than {100 * LEAST_FILL:g} % of a triangle inside the body "
+            "(least_fill), whose stiffness is then close to zero; updated.ghost: 0.1 stabilises it "
+            "(linear triangles only, mesh.element: T3)"
         )
     if _volume_ratios(body, balance).min() < LEAST_VOLUME:
         yield (
-            f"a material point has less than {LEAST_VOLUME:g} of its volume left (min_det_F): "
-            "points are crushed where the grid has come apart from them"
+            f"the volume of a material point is below {100 * LEAST_VOLUME:g} % of its initial "
+            "volume (min_det_F): points are crushed where the grid has separated from the material"
         )
 
 
 def _volume_ratios(body: Body, balance: Equilibrium) -> NDArray[np.float64]:
-    """Volume over that of the reference, as the material feels it: a mean over each patch."""
+    """Ratio of current to reference volume that enters the law: the mean over each patch."""
     points = balance.points
     ratio = np.linalg.det(np.eye(2) + points.displacement_gradient)
     if body.patches is None:
@@ -381,7 +388,7 @@ def _volume_ratios(body: Body, balance: Equilibrium) -> NDArray[np.float64]:
 def doubts_of_fixed_loads(
     body: Body, balance: Equilibrium, values: Mapping[str, NDArray[np.float64]]
 ) -> Iterator[str]:
-    """Name the tips of which no load factor at fracture is known.
+    """Find the tips without a load factor at fracture.
 
     Parameters
     ----------
@@ -398,13 +405,13 @@ def doubts_of_fixed_loads(
         if np.isnan(factor) and not np.isnan(k):
             yield (
                 f"{tip.name}: no critical_load_factor: the fixed loads alone reach g_c, or crack "
-                "faces press on each other at that load, where the state is no sum of the one "
-                "under fixed and the one under proportional loads"
+                "faces are in contact at that load, so that the states under fixed and under "
+                "proportional loads cannot be superposed"
             )
 
 
 def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[str]:
-    """Name the tips at which a grid that is reset has come apart from the material.
+    """Find the tips at which a grid that is reset has separated from the material.
 
     Parameters
     ----------
@@ -419,12 +426,11 @@ def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Ite
         if abs(on_grid - material) > APART * material:
             yield (
                 f"{tip.name}: the configurational force on the grid differs from that on the "
-                f"material by more than {100 * APART:g} % (cf_norm_grid): neither is to be trusted"
+                f"material by more than {100 * APART:g} % (cf_norm_grid): both are unreliable"
             )
         if values["tip_drift"][i] > DRIFT * tip.h:
             yield (
-                f"{tip.name}: the material has moved by more than a quarter of an element past the "
-                "tip of the grid (tip_drift): the crack of the grid is not where that of the "
-                "material is; updated.grid: following, which needs mesh.element: T3, keeps them "
-                "together"
+                f"{tip.name}: the crack tip of the grid is more than {DRIFT:g} element sizes away "
+                "from that of the material (tip_drift); updated.grid: following keeps them "
+                "together (linear triangles only, mesh.element: T3)"
             )

@@ -204,7 +204,7 @@ def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> Non
     scene = plate(LOADS["traction"], growth={"control": "crack"})
     history = cfmpm.run(scene_from_dict(scene)).history
     assert history.attrs["run_status"] == "severed"
-    assert history.attrs["ending"].endswith("cut off by right")
+    assert history.attrs["ending"].endswith("severed by right")
     assert statuses(history)[-1] == ["arrived_hole", "arrived_boundary"]
     assert np.isnan(history.load_factor[-1])
     assert np.isnan(history.energy_gap[-1])

@@ -221,7 +221,7 @@ def check_history(history: Any) -> None:
         np.testing.assert_array_equal(here & np.isnan(history[name].values), without, name)
     np.testing.assert_array_equal(history.G.values[without], history.J.values[without])
     if without.any():
-        assert "it lies on the border of two materials" in str(history.attrs["warnings"])
+        assert "the tip lies on the interface of two materials" in str(history.attrs["warnings"])
 
 
 @pytest.mark.slow
