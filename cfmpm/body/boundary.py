@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cfmpm.body.grid import Floats, Grid, Ints, lengths_of
+from cfmpm.body.protocols import XY, GivenLoad, TrueSide
 from cfmpm.registry.loads import LOADS
-
-if TYPE_CHECKING:  # values that are handed in
-    from cfmpm.scene.loads import Load
-    from cfmpm.scene.shapes import XY, Side
 
 # Of the size of the body, or of an edge: what round-off may leave a node or a cut off its place.
 SLACK = 1e-9
@@ -35,13 +31,13 @@ class Segments:
     weights: Floats
 
 
-def find_segments(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Segments:
+def find_segments(load: GivenLoad, sides: Mapping[str, Sequence[TrueSide]], grid: Grid) -> Segments:
     """Find the parts of the boundary that a load on an edge or in a box acts on.
 
     Parameters
     ----------
-    load : Load
-    sides : mapping of str to sequence of Side
+    load : GivenLoad
+    sides : mapping of str to sequence of TrueSide
         The true sides of the boundary, by the names of their edges; of a mesh file none.
     grid : Grid
 
@@ -75,12 +71,12 @@ def find_segments(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -
     return Segments(edges, lengths[:, None] * (primitive(end) - primitive(start)))
 
 
-def nodes_and_weights(load: Load, grid: Grid, segments: Segments) -> tuple[Ints, Floats]:
+def nodes_and_weights(load: GivenLoad, grid: Grid, segments: Segments) -> tuple[Ints, Floats]:
     """Sum the integrals at the nodes.
 
     Parameters
     ----------
-    load : Load
+    load : GivenLoad
     grid : Grid
     segments : Segments
         Of this load.
@@ -123,7 +119,7 @@ def _corners(box: tuple[XY, XY], grid: Grid) -> tuple[Floats, Floats]:
     return np.min(box, axis=0) - slack, np.max(box, axis=0) + slack
 
 
-def _true_lengths(grid: Grid, edges: Ints, sides: Sequence[Side]) -> Floats:
+def _true_lengths(grid: Grid, edges: Ints, sides: Sequence[TrueSide]) -> Floats:
     """Length of the boundary that each edge of a part stands for: more than that of a chord.
 
     A force given as traction times length is then applied in full. In a mesh file nobody knows

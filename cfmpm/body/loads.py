@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,12 @@ from cfmpm.body.applied import Place
 from cfmpm.body.boundary import Segments, find_segments, nodes_and_weights
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.points import MaterialPoints
+from cfmpm.body.protocols import GivenLoad, TrueSide
 from cfmpm.body.rigid_motions import BALANCE, hold_rigid_motions, loose_motions
 from cfmpm.errors import Problem, SceneError
 from cfmpm.kernels import assembly
 from cfmpm.registry.loads import LOADS
 from cfmpm.registry.table import load as find
-
-if TYPE_CHECKING:  # values that are handed in
-    from cfmpm.scene.loads import Load
-    from cfmpm.scene.shapes import Side
 
 
 @dataclass(frozen=True)
@@ -196,8 +193,8 @@ class Loading:
 
 
 def apply_loads(
-    loads: Sequence[Load],
-    sides: Mapping[str, Sequence[Side]],
+    loads: Sequence[GivenLoad],
+    sides: Mapping[str, Sequence[TrueSide]],
     grid: Grid,
     points: MaterialPoints,
     fixed: Collection[str] = (),
@@ -206,9 +203,9 @@ def apply_loads(
 
     Parameters
     ----------
-    loads : sequence of Load
+    loads : sequence of GivenLoad
         Each with its name.
-    sides : mapping of str to sequence of Side
+    sides : mapping of str to sequence of TrueSide
         The true sides of the boundary, by the names of their edges; of a mesh file none.
     grid : Grid
     points : MaterialPoints
@@ -274,7 +271,7 @@ def apply_loads(
     )
 
 
-def _place_of(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Place:
+def _place_of(load: GivenLoad, sides: Mapping[str, Sequence[TrueSide]], grid: Grid) -> Place:
     """Find the nodes that a load acts on."""
     if not LOADS[load.kind].places:
         return Place(np.empty(0, np.int64), np.empty(0))
@@ -343,7 +340,7 @@ class _NodalValues:
         return cls(_Part.of(grid), _Part.of(grid), np.zeros(grid.nodes.shape, bool), {})
 
     def add(
-        self, i: int, load: Load, place: Place, grid: Grid, *, fixed: bool
+        self, i: int, load: GivenLoad, place: Place, grid: Grid, *, fixed: bool
     ) -> Iterator[Problem]:
         """Add a load; yield where it contradicts those of its part before it."""
         applied = find(LOADS[load.kind].code)(load.value, place, grid)
@@ -388,7 +385,9 @@ def hold_nodes(loading: Loading, nodes: Ints) -> Loading:
     return replace(loading, prescribed=prescribed)
 
 
-def _lost(load: Load, i: int, segments: Segments, prescribed: NDArray[np.bool_]) -> Iterator[str]:
+def _lost(
+    load: GivenLoad, i: int, segments: Segments, prescribed: NDArray[np.bool_]
+) -> Iterator[str]:
     """Say how much of a traction acts where its component is prescribed.
 
     Only edges whose nodes are all prescribed count: where a loaded and a held part meet at a
