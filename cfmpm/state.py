@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,7 +77,7 @@ class State:
     body: Body
     balance: Equilibrium
     configurational_force: Floats
-    tips: dict[str, Any]
+    tips: Mapping[str, Any]
     decision: growth.Decision
     level: int
     stage: Stage

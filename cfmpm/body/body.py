@@ -36,7 +36,7 @@ class Grown:
 
     quality: float = 1.0
     deviation: float = 0.0
-    segments: dict[str, float] = field(default_factory=dict)
+    segments: Mapping[str, float] = field(default_factory=dict)
     fracture_energy: float = 0.0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,9 +41,9 @@ class Triangulation:
     triangles: Ints
     regions: Ints
     region_names: tuple[str, ...]
-    edges: dict[str, Ints]
-    cracks: dict[str, Ints]
-    points: dict[str, int]
+    edges: Mapping[str, Ints]
+    cracks: Mapping[str, Ints]
+    points: Mapping[str, int]
 
     def end_of(self, crack: str, end: int) -> int:
         """Return the first (end 0) or the last (end -1) node of a crack."""
@@ -142,10 +143,10 @@ class Grid:
     twins: Ints
     regions: Ints
     region_names: tuple[str, ...]
-    edges: dict[str, Ints]
-    crack_faces: dict[str, Ints]
+    edges: Mapping[str, Ints]
+    crack_faces: Mapping[str, Ints]
     tips: tuple[CrackTip, ...]
-    points: dict[str, int]
+    points: Mapping[str, int]
 
     @property
     def triangles(self) -> Ints:
@@ -165,7 +166,7 @@ class Grid:
 
     def edge_nodes(self, half_edges: Ints) -> Ints:
         """Nodes of half-edges, the ends and then those between, first to second; (k, p + 1)."""
-        return self.elements[(half_edges // 3)[:, None], self.element.sides[half_edges % 3]]
+        return _nodes_of(half_edges, self.elements, self.element)
 
     def basis_values(self, element: Ints, position: Floats) -> Floats:
         """Evaluate the basis functions at places in triangles.
@@ -252,20 +253,22 @@ def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
 
     of = find_element(element) if isinstance(element, str) else element
     nodes, elements = _with_further_nodes(of, nodes, triangles, twins)
-    grid = Grid(
+    return Grid(
         element=of,
         nodes=nodes,
         elements=elements,
         twins=twins,
         regions=triangulation.regions,
         region_names=triangulation.region_names,
-        edges={},
+        edges={name: _nodes_of(found, elements, of) for name, found in named.items()},
         crack_faces=crack_faces,
         tips=tips,
         points=triangulation.points,
     )
-    grid.edges.update({name: grid.edge_nodes(found) for name, found in named.items()})
-    return grid
+
+
+def _nodes_of(half_edges: Ints, elements: Ints, element: Element) -> Ints:
+    return elements[(half_edges // 3)[:, None], element.sides[half_edges % 3]]
 
 
 def _with_further_nodes(

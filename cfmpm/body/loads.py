@@ -134,7 +134,7 @@ class Loading:
 
     prescribed: NDArray[np.bool_]
     proportional: NodalLoads
-    boundaries: dict[str, Boundary]
+    boundaries: Mapping[str, Boundary]
     held: int
     warnings: tuple[str, ...] = ()
     turning: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))

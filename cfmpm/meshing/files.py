@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -44,8 +44,8 @@ class FileMesh:
 
     nodes: Floats
     triangles: Ints
-    surfaces: dict[str, Ints]
-    curves: dict[str, Ints]
+    surfaces: Mapping[str, Ints]
+    curves: Mapping[str, Ints]
 
     @cached_property
     def sides(self) -> Ints:

@@ -43,7 +43,7 @@ class Origin:
         Nominal domain radii [mm].
     """
 
-    tips: dict[str, tuple[str, int]]
+    tips: Mapping[str, tuple[str, int]]
     boundaries: list[str]
     radii: list[float]
 
