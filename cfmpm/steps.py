@@ -16,6 +16,7 @@ from cfmpm.errors import SolveError
 from cfmpm.fracture import growing, growth
 from cfmpm.fracture.critical_load import TipsByFactor, critical_load_factors
 from cfmpm.fracture.evaluation import evaluate_tips
+from cfmpm.registry.criteria import DEFAULT_DIRECTION
 from cfmpm.scene import Scene, expand
 from cfmpm.state import Stage, State
 from cfmpm.updated import reference, reset
@@ -109,7 +110,7 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
     """Evaluate configurational force, J, K_I, K_II and T, and decide on growth (step 7)."""
     assert at.gradients is not None
     body, scene = at.body, at.scene
-    direction = "max_hoop" if scene.growth is None else scene.growth.direction
+    direction = DEFAULT_DIRECTION if scene.growth is None else scene.growth.direction
     factor, least = balance.load_factor, None
     if balance.proportional:
         factor = mechanics.load_levels(scene)[at.level]

@@ -24,7 +24,7 @@ from cfmpm.equilibrium.balance import Equilibrium, Parts
 from cfmpm.equilibrium.contact import TOUCH
 from cfmpm.fracture import cf
 from cfmpm.fracture.criteria.protocols import Direction, direction_by, is_closed
-from cfmpm.fracture.evaluation import evaluate_tips, kink
+from cfmpm.fracture.evaluation import evaluate_tips, kink, values_of_tip
 
 # Values at the tips that are linear and quadratic in the displacement.
 LINEAR = ("K_I", "K_II", "T_stress")
@@ -50,9 +50,9 @@ class TipsByFactor:
 
     tips: tuple[CrackTip, ...]
     direction: Direction
-    constant: dict[str, Floats]
-    first: dict[str, Floats]
-    second: dict[str, Floats]
+    constant: Mapping[str, Floats]
+    first: Mapping[str, Floats]
+    second: Mapping[str, Floats]
 
     @classmethod
     def of(cls, body: Body, gradients: Floats, parts: Parts, direction: str) -> Self:
@@ -106,7 +106,7 @@ class TipsByFactor:
         pairs = zip(forces, self.tips, strict=True)
         values["cf_angle"] = np.array([cf.angle(force, tip) for force, tip in pairs])
         if "K_I" in values:
-            rows = [kink(_of_tip(values, i), self.direction) for i in range(len(self.tips))]
+            rows = [kink(values_of_tip(values, i), self.direction) for i in range(len(self.tips))]
             for name in ("kink_angle", "G_kink"):
                 values[name] = np.array([row[name] for row in rows])
         return values
@@ -216,7 +216,3 @@ def _evaluated(body: Body, gradients: Floats, part: Equilibrium, direction: str)
     density = body.loading.at(part.load_factor).body_force
     nodal = cf.nodal_force(body.grid, part.points, gradients, density)
     return evaluate_tips(body, gradients, part, nodal, direction=direction)
-
-
-def _of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
-    return {name: value[i] for name, value in values.items()}

@@ -25,6 +25,7 @@ from cfmpm.fracture.criteria.protocols import (
     load_factor_at_fracture,
 )
 from cfmpm.fracture.interaction import bent_faces, intensity_factors
+from cfmpm.registry.criteria import DEFAULT_DIRECTION
 
 
 def evaluate_tips(
@@ -33,7 +34,7 @@ def evaluate_tips(
     balance: Equilibrium,
     nodal: Floats,
     plastic: Floats | None = None,
-    direction: str = "max_hoop",
+    direction: str = DEFAULT_DIRECTION,
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
@@ -158,6 +159,11 @@ def kink(row: Mapping[str, Any], direction: Direction) -> dict[str, float]:
     loaded = k_1 != 0.0 or k_2 != 0.0
     driving = row["G"] * (direction.kink_factor(row) if loaded else 1.0)
     return {"kink_angle": max_hoop_angle(k_1, k_2), "G_kink": driving}
+
+
+def values_of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
+    """Return the row of one tip from the values of all, (tip,) or (tip, radius)."""
+    return {name: value[i] for name, value in values.items()}
 
 
 def _critical_load(row: Mapping[str, Any], toughness: float) -> dict[str, float]:

@@ -31,11 +31,11 @@ class Progress:
     """
 
     cycles: float
-    ranges: dict[str, float]
-    rates: dict[str, float]
-    pending: dict[str, float]
+    ranges: Mapping[str, float]
+    rates: Mapping[str, float]
+    pending: Mapping[str, float]
     leader: str
-    driving: dict[str, float]
+    driving: Mapping[str, float]
 
 
 def stress_range(

@@ -22,6 +22,7 @@ from cfmpm.fracture.criteria.protocols import (
     load_factor_at_fracture,
 )
 from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture, presses
+from cfmpm.fracture.evaluation import values_of_tip
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.scene.growth import Fatigue, Growth
 
@@ -56,8 +57,8 @@ class Decision:
     """
 
     load_factor: float
-    running: dict[str, Floats]
-    tangents: dict[str, Floats] = field(default_factory=dict)
+    running: Mapping[str, Floats]
+    tangents: Mapping[str, Floats] = field(default_factory=dict)
     progress: Progress | None = None
 
 
@@ -157,7 +158,7 @@ def _directions(
         name: secant(before[name], tangent) if name in before else tangent
         for name, tangent in tangents.items()
     }
-    return running, known | tangents
+    return running, {**known, **tangents}
 
 
 def load_of_growth(
@@ -239,14 +240,10 @@ def _headings(
     for i, tip in enumerate(grid.tips):
         heading[tip.name] = tip.tangent
         if tip.name not in unresolved and not closed[i]:
-            ahead = criterion.heading(_of_tip(values, i), tip.tangent)
+            ahead = criterion.heading(values_of_tip(values, i), tip.tangent)
             closed[i] = np.isnan(ahead).any()
             heading[tip.name] = tip.tangent if closed[i] else ahead
     return heading, closed
-
-
-def _of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
-    return {name: value[i] for name, value in values.items()}
 
 
 def _driving_ratio(
@@ -268,7 +265,7 @@ def _driving_ratio(
     ahead = [regions_ahead(grid, tip, heading[tip.name]) for tip in grid.tips]
     weakest = np.array([toughness[regions].min() for regions in ahead])
     criterion = driving_force_by(growth.criterion)
-    driving = np.array([criterion(_of_tip(values, i)) for i in range(len(grid.tips))])
+    driving = np.array([criterion(values_of_tip(values, i)) for i in range(len(grid.tips))])
     return np.where(closed, 0.0, scale**2 * driving) / weakest
 
 
