@@ -55,7 +55,9 @@ def inexact(monkeypatch):
 class TestLinear:
     def test_a_solver_that_misses_is_not_believed(self, inexact):
         inexact(1e-7)
-        with pytest.raises(SolveError, match=r"leaves an unbalanced force of .*e-0[67]"):
+        with pytest.raises(
+            SolveError, match=r"the unbalanced force of the linear solution .*e-0[67]"
+        ):
             solve(kinematics="small")
 
     def test_what_round_off_explains_is_accepted_up_to_a_limit(self, inexact, monkeypatch):

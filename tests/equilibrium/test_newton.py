@@ -120,7 +120,7 @@ def test_a_point_turned_inside_out_is_no_state():
     march = newton.March(problem, result.balance.points.internal_variables)
     for mirrored in ([-1.5, 1.0], [1.0, -1.5], [-1.0, 1.0]):
         moved = grid.nodes * mirrored - grid.nodes
-        with pytest.raises(SolveError, match=f"{len(points)} material points would be turned"):
+        with pytest.raises(SolveError, match=f"{len(points)} material points would be inverted"):
             march.trial(moved)
     # A half turn is none.
     assert march.trial(-2.0 * grid.nodes).points.energy == pytest.approx(0.0, abs=1e-20)

@@ -79,7 +79,7 @@ class Body:
 
     def check_jump(self, before: Any, after: Any) -> None:
         if np.abs(after.displacement - before.displacement).max() > self.leap:
-            raise SolveError("the stretch of a point would jump")
+            raise SolveError("a stretch of a point would jump")
 
     def accept(self, last: Equilibrium, before: Any, found: Any, load_factor: float) -> Equilibrium:
         return replace(
