@@ -17,7 +17,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Triangulation:
-    """A plane triangulation in which cracks are still closed lines of edges.
+    """A plane triangulation in which cracks are closed lines of edges.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Triangulation:
     regions : (m,) int
         Index into `region_names`.
     region_names : tuple of str
-        ``"body"`` first, then the scene's regions.
+        ``"body"`` first, then the regions of the scene.
     edges : dict of str to (k, 2) int
         Node pairs of each named part of the boundary (outline and holes).
     cracks : dict of str to (k, 2) int
@@ -90,11 +90,11 @@ class CrackTip:
     path : (k, 2) float
         Corners of the crack line from the tip backwards [mm].
     tangent : (2,) float
-        Unit vector out of the crack.
+        Unit vector along the crack at the tip, pointing ahead.
     h : float
         Mean length of the grid edges at the tip [mm].
     straight : float
-        Length over which the crack behind the tip is straight [mm].
+        Length of the straight part of the crack behind the tip [mm].
     """
 
     name: str
@@ -114,12 +114,12 @@ class CrackTip:
 
 @dataclass(frozen=True)
 class Grid:
-    """A grid of triangles with opened cracks.
+    """A grid of triangles with doubled nodes along the cracks.
 
     Attributes
     ----------
     element : Element
-        What its triangles are.
+        Element type of the triangles.
     nodes : (n, 2) float
         Coordinates [mm]; corners first, then the nodes on sides, then those inside triangles.
     elements : (m, k) int
@@ -169,7 +169,7 @@ class Grid:
         return _nodes_of(half_edges, self.elements, self.element)
 
     def basis_values(self, element: Ints, position: Floats) -> Floats:
-        """Evaluate the basis functions at places in triangles.
+        """Evaluate the basis functions at positions in triangles.
 
         Parameters
         ----------
@@ -187,7 +187,7 @@ class Grid:
         return values
 
     def basis_gradients(self, element: Ints, position: Floats) -> Floats:
-        """Evaluate the gradients of the basis functions at places in triangles.
+        """Evaluate the gradients of the basis functions at positions in triangles.
 
         Parameters
         ----------
@@ -206,19 +206,19 @@ class Grid:
 
 
 def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
-    """Open the cracks of a triangulation and number the nodes of its elements.
+    """Double the nodes along the cracks of a triangulation, and number the nodes of its elements.
 
     Parameters
     ----------
     triangulation : Triangulation
     element : Element or str
-        Or its word in `registry.elements`.
+        The element, or its word in `registry.elements`.
 
     Returns
     -------
     Grid
-        Crack nodes are doubled wherever the triangles around them fall apart into several fans
-        (paper section 4.1); the end of a crack inside the body stays one node, its tip.
+        A crack node is doubled where the triangles around it form several fans (paper section 4.1);
+        the end of a crack inside the body remains one node, the tip.
     """
     n_nodes = len(triangulation.nodes)
     triangles = triangulation.triangles.copy()
@@ -274,7 +274,7 @@ def _nodes_of(half_edges: Ints, elements: Ints, element: Element) -> Ints:
 def _with_further_nodes(
     element: Element, corners: Floats, triangles: Ints, twins: Ints
 ) -> tuple[Floats, Ints]:
-    """Add the nodes on sides and inside triangles; the two faces of a crack get their own."""
+    """Add the nodes on sides and inside triangles; each crack face gets its own nodes."""
     p = element.order
     if p == 1:
         return corners, triangles
@@ -285,7 +285,7 @@ def _with_further_nodes(
     number = np.cumsum(is_first) - 1
     on_sides = len(corners) + (p - 1) * number[first][:, None] + np.arange(p - 1)
     if p > 2:
-        # The triangle across a side has its nodes the other way round.
+        # The triangle across a side has the nodes on it in reverse order.
         on_sides[~is_first] = on_sides[~is_first, ::-1]
     start = corners[triangles].reshape(-1, 2)[is_first]
     end = corners[np.roll(triangles, -1, axis=1)].reshape(-1, 2)[is_first]
