@@ -1,4 +1,4 @@
-"""A gmsh mesh file as a triangulation with names."""
+"""Triangulation from a gmsh mesh file, with the names of its parts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cfmpm.scene.model import Scene
 # gmsh's element types and their numbers of nodes; the corners come first.
 LINES = {1: 2, 8: 3}
 TRIANGLES = {2: 3, 9: 6}
-# The edge of what no physical curve names: cracks have to know the whole boundary.
+# Name of the boundary without a physical curve; cracks need the whole boundary.
 UNNAMED = "boundary"
 
 
@@ -39,7 +39,7 @@ class FileMesh:
     surfaces : dict of str to (k,) int
         Triangles of each physical surface.
     curves : dict of str to (k, 2) int
-        Node pairs of each physical curve; -1 stands for a node in no triangle.
+        Node pairs of each physical curve; -1 for a node in no triangle.
     """
 
     nodes: Floats
@@ -54,16 +54,16 @@ class FileMesh:
 
     @cached_property
     def side_counts(self) -> tuple[Ints, Ints]:
-        """The key of each side, and how many triangles share it."""
+        """The key of each side, and the number of its triangles."""
         return np.unique(self._keys(self.sides), return_counts=True)
 
     def shared_by(self, pairs: Ints, count: int) -> bool:
-        """Whether each node pair is a side of so many triangles."""
+        """Whether each node pair is a side of `count` triangles."""
         keys, counts = self.side_counts
         return bool(np.isin(self._keys(pairs), keys[counts == count]).all())
 
     def boundary_without(self, named: Iterable[Ints]) -> Ints:
-        """Node pairs of the boundary that are in none of the parts given, (k, 2)."""
+        """Node pairs of the boundary that are in none of the given parts, (k, 2)."""
         keys, counts = self.side_counts
         rest = keys[counts == 1]
         for pairs in named:
@@ -76,16 +76,16 @@ class FileMesh:
         return bool(np.isin(node, np.divmod(keys[counts == 1], len(self.nodes))))
 
     def _keys(self, pairs: Ints) -> Ints:
-        """One number for each pair of nodes, the same in either sense."""
+        """One number for each pair of nodes, independent of their order."""
         return pairs.min(axis=1) * len(self.nodes) + pairs.max(axis=1)
 
 
 def triangulate_file(scene: Scene) -> Triangulation:
     """Read the triangulation of a scene that has a mesh file.
 
-    Physical curves on the boundary become edges; what none of them names becomes the edge
-    ``boundary``. Those listed as cracks become cracks; each begins
-    at the boundary, or else at its left end. Of triangles with mid nodes only the corners count.
+    Physical curves on the boundary become edges; the rest of the boundary becomes the edge
+    ``boundary``. Curves listed as cracks become cracks; a crack starts at the boundary, or else at
+    its left end. Only the corner nodes of second-order triangles are used.
     """
     scene = expand(scene)
     assert scene.mesh_file is not None
@@ -106,7 +106,7 @@ def triangulate_file(scene: Scene) -> Triangulation:
     for i, load in enumerate(scene.loads):
         if load.edge is not None and load.edge not in edges:
             reason = (
-                f"{load.edge} is no part of the boundary of the mesh"
+                f"{load.edge} is not part of the boundary of the mesh"
                 if load.edge in mesh.curves
                 else f"unknown edge {load.edge}{did_you_mean(load.edge, edges)}"
             )
@@ -133,7 +133,7 @@ def _read(path: str) -> FileMesh:
     except OSError as error:
         raise _refusal(f"cannot be read: {error}") from error
     if start != b"$MeshFormat":  # gmsh would run it as a script
-        raise _refusal(f"is no gmsh mesh: {path}")
+        raise _refusal(f"is not a gmsh mesh: {path}")
     with gmsh_session() as gmsh:
         try:
             gmsh.open(path)
@@ -147,7 +147,7 @@ def _content(gmsh: ModuleType) -> FileMesh:
     types = [*mesh.getElementTypes(2), *mesh.getElementTypes(3)]
     foreign = [mesh.getElementProperties(t)[0] for t in types if t not in TRIANGLES]
     if foreign:
-        raise _refusal(f"has {', '.join(foreign)}; triangles only are understood")
+        raise _refusal(f"has {', '.join(foreign)}; only triangles are supported")
     if not types:
         raise _refusal("has no triangles; was it saved without a physical surface?")
     mesh.removeDuplicateElements()  # format 2 writes an element once for each of its groups
@@ -197,12 +197,12 @@ def _physical_names(gmsh: ModuleType, dim: int, entity: int) -> list[str]:
 
 
 def _faults(mesh: FileMesh) -> Iterator[Problem]:
-    """What makes a mesh useless, whatever the scene."""
+    """Faults of a mesh that do not depend on the scene."""
     key = "mesh_file.file"
     _, counts = mesh.side_counts
     if counts.max() > 2:
         n = int((counts > 2).sum())
-        yield Problem(f"{n} edges belong to more than two triangles: is something twice?", key)
+        yield Problem(f"{n} edges belong to more than two triangles; check for duplicates", key)
     flat = int((signed_areas(mesh.nodes, mesh.triangles) == 0).sum())
     if flat:
         yield Problem(f"{flat} triangles have no area", key)
@@ -210,7 +210,7 @@ def _faults(mesh: FileMesh) -> Iterator[Problem]:
     graph = coo_array((np.ones(len(mesh.sides), dtype=bool), mesh.sides.T), shape=(n, n))
     pieces, _ = connected_components(graph, directed=False)
     if pieces > 1:
-        yield Problem(f"is in {pieces} pieces that share no nodes; merge equal nodes", key)
+        yield Problem(f"has {pieces} parts that share no nodes; merge duplicate nodes", key)
 
 
 def _cracks(mesh: FileMesh, names: list[str], problems: list[Problem]) -> dict[str, Ints]:
@@ -233,7 +233,7 @@ def _cracks(mesh: FileMesh, names: list[str], problems: list[Problem]) -> dict[s
 
 
 def _line(pairs: Ints) -> Ints | None:
-    """Put node pairs in the order of a line, (k + 1,) nodes; None if they are not one."""
+    """Sort node pairs to a line of k + 1 nodes; None if they do not form a line."""
     neighbours: dict[int, list[int]] = {}
     for a, b in pairs.tolist():
         neighbours.setdefault(a, []).append(b)
@@ -249,7 +249,7 @@ def _line(pairs: Ints) -> Ints | None:
 
 
 def _from_first_end(mesh: FileMesh, line: Ints) -> Ints:
-    """Node pairs of a line from its mouth or, without one or with two, from its left end."""
+    """Node pairs of a line from its end at the boundary; if none or both are, from its left end."""
 
     def rank(node: int) -> tuple[bool, float, float]:
         x, y = mesh.nodes[node]
@@ -278,7 +278,7 @@ def _points(mesh: FileMesh, scene: Scene, problems: list[Problem]) -> dict[str, 
 
 
 def _regions(mesh: FileMesh, names: list[str], problems: list[Problem]) -> Ints:
-    """The region of each triangle; the body is what belongs to none."""
+    """The region of each triangle; triangles in no region are those of the body."""
     regions = np.zeros(len(mesh.triangles), dtype=np.int64)
     for i, name in enumerate(names):
         if name in mesh.surfaces:
