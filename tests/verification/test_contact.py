@@ -399,7 +399,7 @@ def test_each_column_is_solved_once(monkeypatch):
 
 def test_no_end_is_an_error(monkeypatch):
     monkeypatch.setattr(contact, "ROUNDS", 1)
-    with pytest.raises(SolveError, match=r"after 1 rounds .* pairs of nodes still overlap"):
+    with pytest.raises(SolveError, match=r"after 1 steps .* pairs of nodes still overlap"):
         solve(bent_beam("T6", BEAMS["straight"]))
 
 
