@@ -23,7 +23,7 @@ RUN_STATUS = (
     "severed",  # a part of the body is severed, and no support holds it
     "met_point",  # a crack has reached the point of a load or a support
     "unstable",  # no stable state follows the last one
-    "unsolvable",  # the stiffness matrix is singular
+    "unsolvable",  # the stiffness matrix is singular, or the load of growth cannot be computed
 )
 # Those for which a command exits with status 1.
 LOST = ("failed", "unstable", "unsolvable")

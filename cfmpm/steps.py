@@ -14,7 +14,7 @@ from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.fracture import growing, growth
-from cfmpm.fracture.critical_load import TipsByFactor, critical_load_factors
+from cfmpm.fracture.critical_load import TipsByFactor, critical_load_factors, presses
 from cfmpm.fracture.evaluation import evaluate_tips
 from cfmpm.registry.criteria import DEFAULT_DIRECTION
 from cfmpm.scene import Scene, expand
@@ -98,9 +98,13 @@ def _at_growth(at: Stage, balance: Equilibrium, clock: Clock) -> Equilibrium:
     assert at.gradients is not None
     with clock("fracture"):
         by_factor = TipsByFactor.of(at.body, at.gradients, balance.parts, growing.direction)
-        factor, reason = growth.load_of_growth(
-            at.body, by_factor, balance.parts, growing, at.decision
+        factor, reason = growth.load_of_growth(at.body, by_factor, growing, at.decision)
+    if presses(at.body, balance.parts, factor):
+        reason = (
+            f"at load factor {factor:.6g}, at which a crack would grow, crack faces are in "
+            "contact, so that the states under fixed and proportional loads cannot be superposed"
         )
+        return replace(balance, stopped=reason, is_last=False)
     if not math.isfinite(factor):
         return replace(balance, stopped=reason)
     return mechanics.solve(at.scene, at.body, at.gradients, None, factor, clock)
@@ -181,7 +185,8 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
     RunEnded
     """
     if balance.stopped:
-        raise RunEnded("unstable", f"unstable: {balance.stopped}")
+        word = "unstable" if balance.is_last else "unsolvable"
+        raise RunEnded(word, f"{word}: {balance.stopped}")
     scene = at.scene
     growth.check_end(
         scene.growth,

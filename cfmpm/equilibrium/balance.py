@@ -58,7 +58,10 @@ class Equilibrium:
     unstable_from : float
         Load factor at which the first point was found to have lost ellipticity; nan if none has.
     stopped : str
-        Why no further stable state was found at finite deformation; empty otherwise.
+        Why no further stable state was found; empty if one was.
+    is_last : bool
+        With `stopped`: whether no stable state follows. Otherwise one may follow that cannot be
+        computed.
     """
 
     points: DeformedPoints
@@ -82,6 +85,7 @@ class Equilibrium:
     unstable_points: float = math.nan
     unstable_from: float = math.nan
     stopped: str = ""
+    is_last: bool = True
 
     @property
     def proportional(self) -> bool:

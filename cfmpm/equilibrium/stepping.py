@@ -17,6 +17,9 @@ from cfmpm.linear.engine import NotPositiveDefiniteError
 FEW_ITERATIONS, LONGER = 6, 1.5
 # Halvings of the first step after which the load is taken as a limit.
 HALVINGS = 10
+# Largest number of steps to a load factor, failed ones included. The shortest strain a body by 1e-5
+# (`FIRST_STRAIN` halved `HALVINGS` times), and this many of them by 0.1.
+SUBSTEPS = 10_000
 
 
 def at_rest(problem: BoundaryValueProblem) -> Equilibrium:
@@ -91,7 +94,7 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
     Raises
     ------
     SolveError
-        If no stable state follows `last`.
+        If no stable state follows `last`, or if `target` takes more than `SUBSTEPS` steps.
     """
     march = March(problem, last.points.internal_variables)
     balance, at = last, march.trial(last.displacement)
@@ -99,7 +102,15 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
     rate = march.rate(at)
     length = march.first_step(rate, target - last.load_factor)
     shortest = abs(length) * 0.5**HALVINGS
+    substeps = 0
     while balance.load_factor != target:
+        substeps += 1
+        if substeps > SUBSTEPS:
+            raise SolveError(
+                f"load factor {target:.6g} is not reached from {last.load_factor:.6g} in "
+                f"{SUBSTEPS} substeps, the last at {balance.load_factor:.6g}; add load_steps "
+                "in between"
+            )
         remaining = target - balance.load_factor
         # This avoids a last step that is much shorter than the others.
         goal = target if abs(remaining) < 1.2 * abs(length) else balance.load_factor + length

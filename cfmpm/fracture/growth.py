@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from cfmpm.body.body import Body
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.ending import RunEnded
-from cfmpm.equilibrium.balance import Parts
 from cfmpm.fracture import fatigue
 from cfmpm.fracture.criteria.protocols import (
     direction_by,
@@ -21,7 +20,7 @@ from cfmpm.fracture.criteria.protocols import (
     is_closed,
     load_factor_at_fracture,
 )
-from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture, presses
+from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture
 from cfmpm.fracture.evaluation import values_of_tip
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.scene.growth import Fatigue, Growth
@@ -162,11 +161,7 @@ def _directions(
 
 
 def load_of_growth(
-    body: Body,
-    by_factor: TipsByFactor,
-    parts: Parts,
-    growth: Growth,
-    last: Decision | None = None,
+    body: Body, by_factor: TipsByFactor, growth: Growth, last: Decision | None = None
 ) -> tuple[float, str]:
     """Find the load factor at which the first tip grows, under fixed and proportional loads.
 
@@ -174,7 +169,6 @@ def load_of_growth(
     ----------
     body : Body
     by_factor : TipsByFactor
-    parts : Parts
     growth : Growth
     last : Decision, optional
         The previous decision.
@@ -202,11 +196,6 @@ def load_of_growth(
         if drive(by_factor.at(0.0)) >= 1.0:
             return math.nan, "the fixed loads alone make a crack grow"
         return math.nan, "as a tip opens, its driving force jumps past the toughness"
-    if presses(body, parts, factor):
-        return math.nan, (
-            f"at load factor {factor:.6g}, at which a crack would grow, crack faces are in "
-            "contact, so that the states under fixed and proportional loads cannot be superposed"
-        )
     return factor, ""
 
 

@@ -123,6 +123,17 @@ def test_steps(
     assert found.stopped == ""
 
 
+@pytest.mark.parametrize("step", [-0.1, 0.0, 1e-7])
+def test_steps_that_do_not_lead_to_the_load_factor_end(
+    monkeypatch: pytest.MonkeyPatch, step: float
+) -> None:
+    body = Body(iterations=7)
+    monkeypatch.setattr(body, "first_step", lambda rate, total: step)
+    with pytest.raises(SolveError, match="load factor 1 is not reached from 0 in 10000 substeps"):
+        advance(monkeypatch, body, 0.0, 1.0)
+    assert len(body.tried) == stepping.SUBSTEPS
+
+
 @pytest.mark.parametrize(("sign", "first"), [(1.0, 0.3), (-1.0, 0.3), (1.0, 1.0)])
 def test_a_limit_is_found_to_a_thousandth_of_the_first_step(
     monkeypatch: pytest.MonkeyPatch, sign: float, first: float
