@@ -135,9 +135,10 @@ def _require_same_scene(
 def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verbose: bool) -> None:
     """Solve a scene from its first step or a checkpoint; write the result and print its summary."""
     from cfmpm import simulation
-    from cfmpm.output import summary, warnings
+    from cfmpm.output import summary
     from cfmpm.output.run_folder import HISTORY
     from cfmpm.output.run_writer import RunWriter
+    from cfmpm.output.warnings.of_scene import ways_on
 
     writer = RunWriter(folder, start)
     with (
@@ -172,7 +173,7 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
     if status == "unstable":
         raise SolveError(
             f"{ending}. The last stable state is in {folder / HISTORY}. "
-            + " ".join(warnings.ways_on(scene, result.balance))
+            + " ".join(ways_on(scene, result.balance))
         )
 
 

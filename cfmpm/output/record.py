@@ -18,8 +18,9 @@ from cfmpm.ending import Ending, LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
-from cfmpm.output import choices, variables, warnings
+from cfmpm.output import choices, variables
 from cfmpm.output.history import StepRecord, build_history
+from cfmpm.output.warnings import of_history, of_state
 from cfmpm.registry.solvers import SOLVERS
 from cfmpm.registry.table import load
 from cfmpm.scene.model import Scene
@@ -129,9 +130,9 @@ class Record:
             values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
         self.steps.append(StepRecord(factor, values, seconds, conjugates))
         self.notes |= choices.choices(self.full, body, balance)
-        self.warnings |= dict.fromkeys(warnings.doubts(self.full, body, balance, scale))
-        self.warnings |= dict.fromkeys(warnings.doubts_at_tips(body, tips))
-        self.warnings |= dict.fromkeys(warnings.doubts_of_fixed_loads(body, balance, tips))
+        self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance, scale))
+        self.warnings |= dict.fromkeys(of_state.doubts_at_tips(body, tips))
+        self.warnings |= dict.fromkeys(of_state.doubts_of_fixed_loads(body, balance, tips))
 
     def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
         """Return the history of a run that has ended.
@@ -202,9 +203,9 @@ class Record:
         )
         growth = self.full.growth
         found = (
-            warnings.doubts_of_domains(history)
+            of_history.doubts_of_domains(history)
             if growth is None
-            else warnings.doubts_of_path(history, growth)
+            else of_history.doubts_of_path(history, growth)
         )
         history.attrs["warnings"] = json.dumps([*self.warnings, *found], ensure_ascii=False)
         return history

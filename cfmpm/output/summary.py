@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Grid
 from cfmpm.output.analysis import parts_of_gap, resolved_steps
-from cfmpm.output.warnings import doubts_before
+from cfmpm.output.warnings.of_scene import doubts_before
 from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
 from cfmpm.scene import Scene
 from cfmpm.state import Result
