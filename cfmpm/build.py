@@ -1,4 +1,4 @@
-"""From a scene to the body that is solved."""
+"""Makes the body of a scene."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from cfmpm.registry.laws import LAWS
 from cfmpm.scene import Scene, expand, geometry
 from cfmpm.scene.shapes import Side
 
-# Part of its stiffness by which a law may differ from Hooke's at rest: constants have few digits.
+# Largest relative difference of a law's stiffness at zero strain from Hooke's law; its constants
+# may be given with few digits.
 UNLIKE = 1e-3
 
 
@@ -36,14 +37,14 @@ def build(scene: Scene, fixed: Collection[str] = ()) -> Body:
     Returns
     -------
     Body
-        With material points free of stress.
+        With stress-free material points.
 
     Raises
     ------
     SceneError
-        Where the scene turns out not to make sense on its grid.
+        If the scene is invalid on its grid.
     MeshError
-        Where no grid could be made.
+        If no grid could be made.
     """
     scene = expand(scene)
     triangulation = triangulate(scene)
@@ -64,7 +65,7 @@ def compose(
     grown: Grown = NOTHING_GROWN,
     fixed: Collection[str] = (),
 ) -> Body:
-    """Put a body together: its loads, tip domains and what it is integrated over.
+    """Assemble a body from its parts, with loads, tip domains and quadrature points.
 
     Parameters
     ----------
@@ -82,9 +83,9 @@ def compose(
     Raises
     ------
     SceneError
-        Where the loads do not make sense on the grid.
+        If the loads are invalid on the grid.
     UnheldError
-        Where the loads drive a part away.
+        If loads act on a rigid motion of a part that no support prevents.
     """
     integration = points if quadrature is None else particle_domains.as_points(quadrature)
     floating, empty = _without_points(grid, integration.element)
@@ -107,7 +108,7 @@ def compose(
 
 
 def true_sides(scene: Scene) -> dict[str, list[Side]]:
-    """The true sides of the boundary by the names of their edges; nobody knows a mesh file's."""
+    """The exact sides of the boundary by the names of their edges; empty for a mesh file."""
     sides: dict[str, list[Side]] = {}
     if scene.geometry is not None:
         for name, side in geometry.BodyShape(scene.geometry).sides:
@@ -116,7 +117,7 @@ def true_sides(scene: Scene) -> dict[str, list[Side]]:
 
 
 def _without_points(grid: Grid, element: Ints) -> tuple[Ints, int]:
-    """Find the nodes that only triangles without a point touch, and count those triangles."""
+    """Find the nodes of which all triangles are without a point, and count such triangles."""
     filled = np.zeros(len(grid.elements), bool)
     filled[element] = True
     if filled.all():
@@ -143,7 +144,7 @@ def materials_of(scene: Scene, region_names: tuple[str, ...]) -> Materials:
     Raises
     ------
     SceneError
-        Where a law has another stiffness at rest than E and nu say.
+        If the stiffness of a law at zero strain does not agree with E and nu.
     """
     source = scene.geometry or scene.mesh_file
     own = {region.name: region.material for region in source.regions} if source else {}
@@ -155,8 +156,9 @@ def materials_of(scene: Scene, region_names: tuple[str, ...]) -> Materials:
                 raise SceneError(
                     [
                         Problem(
-                            f"{row.law} is stiffer or softer without strain than E and nu say, by "
-                            f"{100 * part:.2g} %: make them fit its constants",
+                            f"the stiffness of {row.law} at zero strain differs by "
+                            f"{100 * part:.2g} % from that of E and nu: make its constants agree "
+                            "with E and nu",
                             "material" if name == "body" else f"material of {name}",
                         )
                     ]

@@ -1,4 +1,4 @@
-"""How a run ends: a word for programs, a text for people, and what it has found out by ending."""
+"""The end of a run: status, text, and values that are known only at the end."""
 
 from __future__ import annotations
 
@@ -6,41 +6,41 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # the words are read where no kernel is loaded
+if TYPE_CHECKING:  # these words are also read where the kernels are not loaded
     from cfmpm.body.body import Grown
     from cfmpm.body.grid import Triangulation
 
-# What became of a run, in the order of the flag values of `run_status`.
+# Status of a run, in the order of the flag values of `run_status`.
 RUN_STATUS = (
-    "unfinished",  # broken off: it can go on
-    "failed",  # a solve failed, and nothing can be done about it by going on
-    "solved",  # all load steps, of stationary cracks
-    "arrived",  # no crack ends inside the body any more
+    "unfinished",  # interrupted; it can be resumed
+    "failed",  # a solve failed, and resuming does not help
+    "solved",  # all load steps are solved; stationary cracks
+    "arrived",  # no crack tip is left inside the body
     "stopped",  # no tip meets the criterion
     "arrested",  # no tip is above the threshold of fatigue
-    "increments",  # as many as were allowed
+    "increments",  # the largest number of increments is reached
     "fractured",  # a tip reaches its toughness under fatigue
-    "severed",  # a part of the body is cut off and driven away
-    "met_point",  # a crack ran into the point of a load or a support
-    "unstable",  # no stable state goes on from the last one
-    "unsolvable",  # the stiffness that holds the nodes is lost
+    "severed",  # a part of the body is severed, and no support holds it
+    "met_point",  # a crack has reached the point of a load or a support
+    "unstable",  # no stable state follows the last one
+    "unsolvable",  # the stiffness matrix is singular, or the load of growth cannot be computed
 )
-# Of those, the ones that a command answers with a failure.
+# Those for which a command exits with status 1.
 LOST = ("failed", "unstable", "unsolvable")
 
 
 @dataclass(frozen=True)
 class Ending:
-    """How a run ended.
+    """The end of a run.
 
     Attributes
     ----------
     status : str
         One of `RUN_STATUS`.
     text : str
-        Why, for people.
+        The reason, for the user.
     values : mapping of str to float
-        What is known by the end only, by the names of `output.variables`.
+        Values that are known only at the end, by the names of `output.variables`.
     """
 
     status: str
@@ -50,7 +50,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class LastCracks:
-    """The cracks of a body that cannot be solved any more.
+    """The cracks of a body that is no longer solved.
 
     Attributes
     ----------
@@ -64,13 +64,13 @@ class LastCracks:
 
 
 class RunEnded(Exception):  # noqa: N818  (no error: every run ends by it)
-    """A run goes no further.
+    """Raised to end a run.
 
     Attributes
     ----------
     ending : Ending
     cracks : LastCracks or None
-        Where the cracks came to after the last state of balance; None where they stayed.
+        The cracks after growth beyond the last state of equilibrium; None if they did not grow.
     """
 
     def __init__(

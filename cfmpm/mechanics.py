@@ -1,4 +1,4 @@
-"""How a body deforms: at small strain, or by finite deformation, whichever the scene needs."""
+"""Choice between small strain and finite deformation, and the solve."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from cfmpm.fracture import cf
 from cfmpm.scene.model import Scene
 from cfmpm.updated import reference
 
-# Part of the energy that finite deformation would change, above which `auto` takes it. A tenth of
-# that would send steel at half its yield stress (strain 1e-3) there, and take away its K.
+# Relative change of the energy by finite deformation above which `auto` takes it into account. A
+# tenth of this would be exceeded by steel at half its yield stress (strain 1e-3), which would then
+# have no K.
 NEGLIGIBLE = 1e-2
-# Energy, relative to modulus times displacement squared, that is only the round-off of a body whose
-# parts move as a whole.
+# Energy over modulus times displacement squared below which it is round-off of a rigid motion.
 ROUND_OFF = 1e-24
 
 
 def load_levels(scene: Scene) -> list[float]:
-    """Return the load factors that a scene is recorded at, in their order."""
+    """Return the load factors of the load steps of a scene, in their order."""
     if isinstance(scene.load_steps, int):
         return [(i + 1) / scene.load_steps for i in range(scene.load_steps)]
     return list(scene.load_steps)
@@ -40,9 +40,9 @@ def locate(body: Body) -> tuple[Body, Floats]:
     Returns
     -------
     body : Body
-        With the triangles found.
+        With the triangles of its points.
     gradients : (p, k, 2) float
-        By the position in the reference configuration [1/mm].
+        With respect to the position in the reference configuration [1/mm].
     """
     body = bodies.locate(body)
     grid, points = body.grid, body.integration
@@ -53,7 +53,7 @@ def locate(body: Body) -> tuple[Body, Floats]:
 
 
 def problem_of(body: Body, gradients: Floats, solver: str = "auto") -> BoundaryValueProblem:
-    """Pose what has to be brought into balance.
+    """Pose the boundary value problem of a body.
 
     Parameters
     ----------
@@ -90,18 +90,18 @@ def solve(
     level: float,
     clock: Clock,
 ) -> Equilibrium:
-    """Bring a body into balance at a load factor.
+    """Solve for equilibrium of a body at a load factor.
 
     Parameters
     ----------
     scene : Scene
-        That says how: kinematics, solver, load steps.
+        With kinematics, solver and load steps.
     body : Body
     gradients : (p, k, 2) float
         Basis gradients at its quadrature points [1/mm].
     last : Equilibrium or None
-        The balance before, on this grid; None before the first one, and where growth has changed
-        the grid at small strain.
+        The equilibrium before, on this grid; None before the first one, and at small strain after
+        growth has changed the grid.
     level : float
         Load factor.
     clock : Clock
@@ -109,12 +109,12 @@ def solve(
     Returns
     -------
     Equilibrium
-        At small strain under proportional loads for load factor one: its results grow with that.
+        At small strain under proportional loads it is that at load factor one, to be scaled.
 
     Raises
     ------
     SolveError
-        Where there is no equilibrium to be found.
+        If no equilibrium is found.
     """
     problem = problem_of(body, gradients, scene.solver)
     if scene.kinematics == "finite" or (last is not None and last.finite):
@@ -126,7 +126,7 @@ def solve(
     if scene.kinematics != "auto":
         return balance
     levels = load_levels(scene)
-    # What a run has begun with it goes on with.
+    # The kinematics do not change within a run.
     may_be_finite = last is None and _may_be_finite(scene)
     if balance.proportional:
         largest = max(map(abs, levels))
@@ -135,7 +135,7 @@ def solve(
     else:
         effect = finite_effect(problem, balance)
         balance = replace(balance, finite_effect=effect)
-        # The least and the greatest load, and that of the fixed loads alone.
+        # The smallest and the largest load, and the fixed loads alone.
         for end in {min(levels), max(levels), 0.0} if may_be_finite else ():
             other = _solve_small(problem, end, clock)
             effect = max(effect, finite_effect(problem, other))
@@ -145,9 +145,9 @@ def solve(
 
 
 def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | None:
-    """Carry a balance over to a body whose grid growth has changed.
+    """Transfer an equilibrium to a body whose grid was changed by growth.
 
-    At small strain there is nothing to carry: the next balance is solved for from the start.
+    At small strain nothing is transferred: the next solve does not need a start.
     """
     if not balance.finite:
         return None
@@ -162,7 +162,7 @@ def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | Non
 
 
 def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
-    """Sum the configurational force at every node of a body in balance [N/mm], (n, 2)."""
+    """Sum the configurational force at every node of a body in equilibrium [N/mm], (n, 2)."""
     if body.motion is not None:
         return reference.material_force(body, balance)
     body_force = body.loading.at(balance.load_factor).body_force
@@ -171,21 +171,22 @@ def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
 
 
 def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats | None:
-    """Sum what the plastic work adds to the configurational force at every node.
+    """Sum the contribution of plastic work to the configurational force at every node.
 
     Parameters
     ----------
     body : Body
     gradients : (p, k, 2) float
     balance : Equilibrium
-        Of the body.
+        Equilibrium of the body.
 
     Returns
     -------
     (n, 2) float or None
-        - sum_p W_p dS_I/dX V_p with W_p the plastic work per reference volume [N/mm]; None where
-        nothing is plastic. With it the force is that of the whole stress work, W_e + W_p, of which
-        Rice's J is made; without it that of the stored energy, which depends on the domain.
+        - sum_p W_p dS_I/dX V_p with W_p the plastic work per reference volume [N/mm]; None without
+        plastic materials. With this contribution the force is that of the whole stress work,
+        W_e + W_p, as in Rice's J; without it that of the stored energy, which depends on the
+        domain.
     """
     points = balance.points
     if not points.internal_variables.size:
@@ -199,24 +200,24 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
 
 
 def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, scale: float = 1.0) -> float:
-    """Estimate what finite deformation would change of the energy of a small strain solution.
+    """Estimate the relative change of the energy of a small strain solution by finite deformation.
 
     Parameters
     ----------
     problem : BoundaryValueProblem
-        Of elastic materials.
+        With elastic materials.
     balance : Equilibrium
         At small strain.
     scale : float
-        What the state is multiplied with, greater than zero.
+        Factor on the state, greater than zero.
 
     Returns
     -------
     float
-        Of the state so multiplied, |r . u| / (2 W) with r the unbalanced force at finite
-        deformation of the displacement u. As r is of second order in u and W is too, the estimate
-        is of first order in the load. Where u turns points inside out it is taken from a smaller
-        load, in proportion.
+        |r . u| / (2 W) of the scaled state, with the unbalanced force r of its displacement u at
+        finite deformation. As both r and W are of second order in u, the estimate is of first
+        order in the load. If det F of a point is not positive, the estimate at a smaller load is
+        extrapolated linearly.
     """
     points, loading = balance.points, problem.loading
     energy = points.energy @ points.volume
@@ -239,22 +240,22 @@ def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, scale: fl
 
 
 def _may_be_finite(scene: Scene) -> bool:
-    """Whether nothing else that a scene asks for needs small strain."""
+    """Whether `auto` may take finite deformation for a scene."""
     return scene.plane == "strain" and scene.growth is None
 
 
 def _solve_small(problem: BoundaryValueProblem, factor: float, clock: Clock) -> Equilibrium:
-    """Solve at small strain; the stiffness is freed with the return."""
+    """Solve at small strain; the stiffness matrix is freed on return."""
     with clock("stiffness"):  # step 3
         stiffness = small_strain.assemble_stiffness(problem)
-    with clock("equilibrium"):  # steps 4 to 6: forces, balance, state of the points
+    with clock("equilibrium"):  # steps 4 to 6: forces, solve, update of the points
         return small_strain.solve_linear(problem, stiffness, factor)
 
 
 def _solve_finite(
     problem: BoundaryValueProblem, last: Equilibrium | None, level: float, clock: Clock
 ) -> Equilibrium:
-    with clock("equilibrium"):  # steps 3 to 6, iteration by iteration
+    with clock("equilibrium"):  # steps 3 to 6 in each iteration
         if last is None:
             return _turned(problem, stepping.from_rest(problem, level))
         if last.load_factor != level:
@@ -263,18 +264,18 @@ def _solve_finite(
 
 
 def _rebalanced(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium:
-    """Find the balance of a body that growth has changed, at the load it is at."""
+    """Find the equilibrium after growth at the same load factor."""
     try:
         return stepping.rebalance(problem, last)
     except SolveError:
         if last.points.internal_variables.size:
             raise
-    # Elastic: the state does not depend on the way to it, which may begin at rest.
+    # An elastic state does not depend on the load path; it may start at zero load.
     afresh = stepping.from_rest(problem, last.load_factor)
     if afresh.stopped:
         raise SolveError(
-            f"as its crack grew, no stable state was found at load factor {last.load_factor:.6g}: "
-            f"from rest {afresh.stopped}"
+            f"no stable state was found after growth at load factor {last.load_factor:.6g}; "
+            f"from zero load {afresh.stopped}"
         )
     moved = afresh.displacement - last.displacement
     force = problem.loading.at(last.load_factor).force
@@ -283,11 +284,11 @@ def _rebalanced(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium
 
 
 def _turned(problem: BoundaryValueProblem, balance: Equilibrium) -> Equilibrium:
-    """Let a body turn to where the moments of its loads balance as it is deformed.
+    """Release a held rigid rotation, so that the loads have no moment on the deformed body.
 
-    Loads without a moment on the body at rest have one when it bends; what the program holds a
-    rotation by would carry that. Where the loads are no hold themselves, as in compression, the
-    rotation stays held.
+    Loads without a moment on the undeformed body can have one on the deformed body. It would be a
+    reaction at the nodes that hold the rotation. If the loads do not stabilise the rotation, as
+    under compression, it remains held.
     """
     loading = problem.loading
     if not loading.turning.size or balance.stopped:

@@ -29,9 +29,9 @@ def run(
     announce : callable, optional
         Called with the name of each phase (`state.PHASES`) as it begins.
     observe : callable, optional
-        Called with each state of balance and the record so far.
+        Called with each state of equilibrium and the record so far.
     start : Start, optional
-        Of a run of the same scene that was broken off; default: the scene's beginning.
+        Start from the checkpoint of an interrupted run of the same scene; default: the first step.
 
     Returns
     -------
@@ -40,19 +40,19 @@ def run(
     Raises
     ------
     SceneError
-        Where the scene turns out not to make sense on its grid.
+        If the scene is invalid on its grid.
     MeshError
-        Where no grid could be made.
+        If no grid could be made.
     SolveError
-        Where there is no equilibrium to be found.
+        If no equilibrium is found.
 
     Notes
     -----
     Small strain and linear elasticity need one solve for all load steps: Newton's loop (5) ends
-    after one iteration, positions stay (6), and the grid is not reset (9).
+    after one iteration, positions do not change (6), and the grid is not reset (9).
 
-    All results are the same bits for any number of threads: kernels run serially, and dense linear
-    algebra is kept to one thread (`threads`).
+    Results are equal bit by bit for any number of threads: kernels run serially, and dense linear
+    algebra uses one thread (`threads`).
     """
     clock = Clock(announce)
     with clock("grid"):

@@ -1,7 +1,8 @@
-"""A body in balance and the result of a run: plain data."""
+"""States of a body and the result of a run: plain data."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,13 +17,13 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import growth
 from cfmpm.scene import Scene
 
-# Of every run; growth adds "release", a grid that is reset "reset".
+# Phases of every run; growth adds "release", a grid that is reset adds "reset".
 PHASES = ("grid", "points", "stiffness", "equilibrium", "fracture")
 
 
 @dataclass(frozen=True)
 class Stage:
-    """Where a run stands: what is to be solved next, and what that sets out from.
+    """A body to be solved next, and the state from which its solution starts.
 
     Attributes
     ----------
@@ -30,16 +31,16 @@ class Stage:
         Expanded: with its geometry, loads and names.
     body : Body
     decision : growth.Decision or None
-        The one that made this body.
+        The decision from which this body was made.
     step : int
-        Number of the step that is solved next, growth and load steps counted together.
+        Number of the next step; growth and load steps are counted together.
     level : int
         Number of the load step.
     balance : Equilibrium or None
-        The last one, on this grid; None before the first one, and at small strain where growth has
-        changed the grid.
+        The last equilibrium, on this grid; None before the first one, and at small strain after
+        growth has changed the grid.
     gradients : (p, k, 2) float or None
-        Basis gradients at the quadrature points [1/mm]; None while the grid is new.
+        Basis gradients at the quadrature points [1/mm]; None for a new grid.
     """
 
     scene: Scene
@@ -53,7 +54,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class State:
-    """A body in balance, at load factor one.
+    """A body in equilibrium; a state proportional to the load factor is that at factor one.
 
     Attributes
     ----------
@@ -62,21 +63,21 @@ class State:
     configurational_force : (n, 2) float
         At the grid nodes [N/mm].
     tips : dict of str to array
-        Values at the tips of the grid, (tip,) or (tip, radius), by the names of a history's
-        variables, at the load factor of the balance.
+        Values at the tips of the grid, (tip,) or (tip, radius), by the names of the variables of
+        a history, at the load factor of `balance`.
     decision : growth.Decision
-        What the cracks do next.
+        The next crack growth.
     level : int
         Number of the load step.
     stage : Stage
-        That was solved, from which the same state is found again. Its body is `body`, but where
-        its grid is reset: there `body` is in the reference configuration.
+        The stage that was solved; solving it again gives the same state. Its body is `body`, unless
+        the grid is reset: `body` is then in the reference configuration.
     """
 
     body: Body
     balance: Equilibrium
     configurational_force: Floats
-    tips: dict[str, Any]
+    tips: Mapping[str, Any]
     decision: growth.Decision
     level: int
     stage: Stage
@@ -93,7 +94,7 @@ class State:
 
     @property
     def points(self) -> DeformedPoints:
-        """The material points; the state of one is the mean over what it is integrated by."""
+        """The material points, each with the mean state over its quadrature points."""
         return particle_domains.means(self.body.points, self.body.quadrature, self.balance.points)
 
     @property
@@ -109,7 +110,7 @@ class State:
 
 @dataclass(frozen=True)
 class Result(State):
-    """What a run leaves: its history, and the last state of balance.
+    """The result of a run: its history and the last state of equilibrium.
 
     Attributes
     ----------

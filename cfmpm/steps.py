@@ -1,4 +1,4 @@
-"""The steps of the method as calls that take and return one record (paper section 4.2)."""
+"""The nine steps of the method as functions that take and return one record (paper section 4.2)."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import SolveError
 from cfmpm.fracture import growing, growth
-from cfmpm.fracture.critical_load import TipsByFactor, critical_load_factors
+from cfmpm.fracture.critical_load import TipsByFactor, critical_load_factors, presses
 from cfmpm.fracture.evaluation import evaluate_tips
+from cfmpm.registry.criteria import DEFAULT_DIRECTION
 from cfmpm.scene import Scene, expand
 from cfmpm.state import Stage, State
 from cfmpm.updated import reference, reset
 
 
 def begin(scene: Scene, fixed: Collection[str] = ()) -> Stage:
-    """Make the grid with cracks as doubled nodes, material points and loads (step 1).
+    """Make the grid, with cracks as doubled nodes, the material points and the loads (step 1).
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def begin(scene: Scene, fixed: Collection[str] = ()) -> Stage:
 
 
 def locate(at: Stage, clock: Clock) -> Stage:
-    """Find the triangles of the points and the basis gradients there, on a new grid (step 2)."""
+    """Find the triangles of the points and evaluate the basis gradients on a new grid (step 2)."""
     if at.gradients is not None:
         return at
     with clock("points"):
@@ -44,22 +45,26 @@ def locate(at: Stage, clock: Clock) -> Stage:
 
 
 def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
-    """Bring a body into balance at its load step, and give its points their state (steps 3 to 6).
+    """Solve for equilibrium at the load step and update the points (steps 3 to 6).
 
     Parameters
     ----------
     at : Stage
-        Located.
+        From `locate`.
     before : State or None
-        The last state of balance of this run.
+        The last state of equilibrium of this run.
     clock : Clock
+
+    Returns
+    -------
+    Equilibrium
 
     Raises
     ------
     RunEnded
-        Where no state of balance goes on from the one before.
+        If no state of equilibrium follows the one before.
     SolveError
-        Where there is none to begin with.
+        If there is no first state of equilibrium.
     """
     assert at.gradients is not None
     body, factor = at.body, mechanics.load_levels(at.scene)[at.level]
@@ -76,7 +81,7 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
             raise error from failure
         settings = at.scene.growth
         if settings is not None and settings.transfer == "paper":
-            text = f"unsolvable: growth.transfer: paper took stiffness away; {failure}"
+            text = f"unsolvable: growth.transfer: paper left nodes without stiffness; {failure}"
             cracks = LastCracks(body.triangulation, body.grown)
             raise RunEnded("unsolvable", text, cracks=cracks) from failure
         if before.balance.finite:
@@ -86,26 +91,30 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
 
 
 def _at_growth(at: Stage, balance: Equilibrium, clock: Clock) -> Equilibrium:
-    """Go to the load at which the first tip runs, where loads are not all proportional to it."""
+    """Solve at the load factor at which the first tip grows, under fixed and proportional loads."""
     growing = at.scene.growth
     assert balance.parts is not None
     assert growing is not None
     assert at.gradients is not None
     with clock("fracture"):
         by_factor = TipsByFactor.of(at.body, at.gradients, balance.parts, growing.direction)
-        factor, reason = growth.load_of_growth(
-            at.body, by_factor, balance.parts, growing, at.decision
+        factor, reason = growth.load_of_growth(at.body, by_factor, growing, at.decision)
+    if presses(at.body, balance.parts, factor):
+        reason = (
+            f"at load factor {factor:.6g}, at which a crack would grow, crack faces are in "
+            "contact, so that the states under fixed and proportional loads cannot be superposed"
         )
+        return replace(balance, stopped=reason, is_last=False)
     if not math.isfinite(factor):
         return replace(balance, stopped=reason)
     return mechanics.solve(at.scene, at.body, at.gradients, None, factor, clock)
 
 
 def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
-    """Evaluate the tips: configurational force, J, K_I, K_II, T, and which of them run (step 7)."""
+    """Evaluate configurational force, J, K_I, K_II and T, and decide on growth (step 7)."""
     assert at.gradients is not None
     body, scene = at.body, at.scene
-    direction = "max_hoop" if scene.growth is None else scene.growth.direction
+    direction = DEFAULT_DIRECTION if scene.growth is None else scene.growth.direction
     factor, least = balance.load_factor, None
     if balance.proportional:
         factor = mechanics.load_levels(scene)[at.level]
@@ -146,7 +155,7 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
 
 
 def _at_least_load(at: Stage, greatest: float, clock: Clock) -> dict[str, Any]:
-    """Evaluate the tips at the least load of a cycle."""
+    """Evaluate the tips at the minimum load of a cycle."""
     assert at.scene.fatigue is not None
     assert at.gradients is not None
     factor = at.scene.fatigue.load_ratio * greatest
@@ -157,17 +166,17 @@ def _at_least_load(at: Stage, greatest: float, clock: Clock) -> dict[str, Any]:
 
 
 def _kept(balance: Equilibrium | None) -> Equilibrium | None:
-    """What the same state is found from again: at small strain it is solved for from the start."""
+    """The equilibrium from which to solve again; at small strain none is needed."""
     return balance if balance is not None and balance.finite else None
 
 
 def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
-    """End a run that does not go on from a state, growing or to the next load step.
+    """End the run if neither growth nor a further load step follows this state.
 
     Parameters
     ----------
     at : Stage
-        That was solved.
+        The stage that was solved.
     balance : Equilibrium
     state : State
 
@@ -176,7 +185,8 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
     RunEnded
     """
     if balance.stopped:
-        raise RunEnded("unstable", f"unstable: {balance.stopped}")
+        word = "unstable" if balance.is_last else "unsolvable"
+        raise RunEnded(word, f"{word}: {balance.stopped}")
     scene = at.scene
     growth.check_end(
         scene.growth,
@@ -190,7 +200,7 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
 
 
 def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
-    """Align segments with the directions, double nodes, redefine the grid (step 8)."""
+    """Align segments with the directions of growth and double the tip nodes (step 8)."""
     with clock("release"):
         body = growing.release(at.scene, at.body, state.decision.running)
         carried = mechanics.carry_over(balance, state.grid, body)
@@ -198,12 +208,12 @@ def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stag
 
 
 def advance(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
-    """Go to the next load step, on a grid that is reset where the formulation asks for it (step 9).
+    """Go to the next load step; the updated formulation resets the grid (step 9).
 
     Raises
     ------
     RunEnded
-        Where the grid cannot be reset.
+        If the grid cannot be reset.
     """
     following = replace(
         at, decision=state.decision, step=at.step + 1, level=at.level + 1, balance=balance

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -29,6 +31,19 @@ def test_imports_run_one_way() -> None:
         [linter, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_documented_layers_are_those_of_the_contract() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]
+    (layers,) = (one["layers"] for one in contracts["contracts"] if one["type"] == "layers")
+    level = {name: i for i, row in enumerate(layers) for name in row.split(" : ")}
+    text = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    table = text.partition("## Layers")[2].partition("## ")[0]
+    rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    named = [name for row in rows for name in re.findall(r"`(\w+)`", row)]
+    assert [level[name] for name in named] == sorted(level[name] for name in named)
+    below = level["registry"]
+    assert set(named) == {name for name in level if level[name] <= below} - {"__main__"}
 
 
 def test_a_circle_is_found(tmp_path: Path) -> None:

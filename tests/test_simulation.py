@@ -107,7 +107,7 @@ def test_one_radius_gives_the_values_of_the_largest_of_three():
         assert one.sizes["radius"] == 1
     assert np.isnan(one.J_spread).all()
     assert float(three.J_spread[0, 0]) == pytest.approx(np.ptp(three.J_radius.values))
-    assert any("one radius" in item for item in json.loads(one.attrs["left_out"]))
+    assert any("one domain radius" in item for item in json.loads(one.attrs["left_out"]))
     assert not any("radius" in item for item in json.loads(three.attrs["left_out"]))
 
 

@@ -1,4 +1,4 @@
-"""Where a load acts, and what it comes to at the nodes there."""
+"""The place of a load, and its nodal values there."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from cfmpm.body.grid import Floats, Ints
 
 @dataclass(frozen=True)
 class Place:
-    """Where a load or a support acts.
+    """The place of a load or a support.
 
     Attributes
     ----------
     nodes : (k,) int
-        None for the whole body.
+        Empty for the whole body.
     weights : (k,) float
         Integrals of their basis functions along the boundary [mm]; 1 at a point.
     segments : Segments or None
-        The parts of the boundary; None at a point and for the whole body.
+        The parts of the boundary; None for a point and for the whole body.
     """
 
     nodes: Ints
@@ -29,14 +29,14 @@ class Place:
 
 @dataclass(frozen=True)
 class Applied:
-    """What one load comes to, at load factor one.
+    """Nodal values of one load, at load factor one.
 
     Attributes
     ----------
     force : (k, 2) float or None
-        On the nodes of its place [N/mm].
+        Forces on the nodes of its place [N/mm].
     displacement : (k, 2) float or None
-        Prescribed to them [mm]; nan where a component is free.
+        Prescribed displacement of these nodes [mm]; nan for a free component.
     density : (2,) float or None
         Body force in the whole body [N/mm^3].
     """

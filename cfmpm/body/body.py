@@ -1,4 +1,4 @@
-"""The body that is solved: grid, material points, loads."""
+"""The body: grid, material points, loads."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from cfmpm.elements.record import Element
 
 @dataclass(frozen=True)
 class Grown:
-    """What growth has done to a body.
+    """Record of crack growth in a body.
 
     Attributes
     ----------
     quality : float
-        Of the worst triangle that it has changed so far; 1 equilateral, 0 flat.
+        Quality of the worst triangle changed so far; 1 equilateral, 0 degenerate.
     deviation : float
-        Largest angle between a segment just released and the direction asked for [deg].
+        Largest angle between a segment just released and the direction of growth [deg].
     segments : dict of str to float
-        Lengths of the segments just released, by the tips that ran [mm].
+        Lengths of the segments just released, by the name of the tip [mm].
     fracture_energy : float
-        Spent so far: of all segments length times g_c of the material, on a border of the weaker
-        one [N]; nan without a g_c.
+        Fracture energy so far: the sum of length times g_c over all segments, with the smaller g_c
+        on an interface [N]; nan without g_c.
     """
 
     quality: float = 1.0
     deviation: float = 0.0
-    segments: dict[str, float] = field(default_factory=dict)
+    segments: Mapping[str, float] = field(default_factory=dict)
     fracture_energy: float = 0.0
 
 
@@ -45,32 +45,32 @@ NOTHING_GROWN = Grown()
 
 @dataclass(frozen=True)
 class Body:
-    """A body between two solves.
+    """A body before a solve.
 
     Attributes
     ----------
     materials : Materials
-        Of the regions.
+        Materials of the regions.
     triangulation : Triangulation
-        The grid with its cracks closed, from which growth makes the next one.
+        The grid with closed cracks, from which growth makes the next one.
     grid : Grid
     points : MaterialPoints
-        The material.
     particle_domains : ParticleDomains or None
-        The polygon of each material point; None while no crack has grown, and where points
-        integrate as they are (`growth.transfer: paper`).
+        The polygon of each material point; None before growth, and with `growth.transfer: paper`,
+        which integrates over the points without domains.
     quadrature : Quadrature or None
-        The pieces of those polygons in the triangles.
+        Quadrature points: the intersections of those polygons with the triangles.
     loading : Loading
     tip_domains : tuple of TipDomain
-        One a tip of the grid.
+        One for each tip of the grid.
     patches : Patches or None
-        Over which the change of volume is averaged; None where triangles do not lock.
+        Patches over which the volume change is averaged; None if elements do not lock.
     grown : Grown
     empty_elements, floating_nodes : int
-        Triangles without a quadrature point and nodes that only these touch, which are held.
+        Number of triangles without a quadrature point, and of nodes of only such triangles, which
+        are held.
     motion : Motion or None
-        From the reference configuration, where the grid is reset; None where all is in that.
+        Motion from the reference configuration, for a grid that is reset; else None.
     """
 
     materials: Materials
@@ -89,31 +89,31 @@ class Body:
 
     @cached_property
     def integration(self) -> MaterialPoints:
-        """What is summed over: the points themselves, or one row for each quadrature point."""
+        """The quadrature points; before growth these are the material points."""
         if self.quadrature is None:
             return self.points
         return as_points(self.quadrature)
 
     @property
     def unresolved_tips(self) -> set[str]:
-        """Tips whose domain cannot tell where they would turn to."""
+        """Tips whose domain is too small for a direction of growth."""
         pairs = zip(self.grid.tips, self.tip_domains, strict=True)
         return {tip.name for tip, domain in pairs if not domain.steers}
 
 
 def locate(body: Body, reason: str = MOVED_OFF) -> Body:
-    """Find the triangles that what is summed over lies in, from those that held it.
+    """Find the triangles of the quadrature points, starting from the previous ones.
 
     Parameters
     ----------
     body : Body
     reason : str
-        Why points may lie outside, and what helps.
+        Cause and remedy for points outside the grid, for the error message.
 
     Raises
     ------
     SolveError
-        Where points lie outside the grid.
+        If points lie outside the grid.
     """
     element = relocate(body.grid, body.integration, reason)
     if body.quadrature is None:
@@ -124,7 +124,7 @@ def locate(body: Body, reason: str = MOVED_OFF) -> Body:
 def named_grid(
     triangulation: Triangulation, element: Element | str, names: Mapping[tuple[str, int], str]
 ) -> Grid:
-    """Build the grid of a body that has grown.
+    """Build the grid of a body after crack growth.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def named_grid(
     element : Element or str
         As in `build_grid`.
     names : mapping of (str, int) to str
-        Name of the tip at each end of a crack: one end stays its start, though the other arrived.
+        Name of the tip at each end of a crack. It does not change when the other end arrives.
     """
     grid = build_grid(triangulation, element)
     tips = tuple(replace(tip, name=names[tip.crack, tip.end]) for tip in grid.tips)

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.body.grid import Floats, Grid, Ints, lengths_of
+from cfmpm.body.protocols import XY, GivenLoad, TrueSide
 from cfmpm.registry.loads import LOADS
 
-if TYPE_CHECKING:  # values that are handed in
-    from cfmpm.scene.loads import Load
-    from cfmpm.scene.shapes import XY, Side
-
-# Of the size of the body, or of an edge: what round-off may leave a node or a cut off its place.
+# Tolerance of positions for round-off, relative to the size of the body or of an edge.
 SLACK = 1e-9
 
 
@@ -35,20 +31,20 @@ class Segments:
     weights: Floats
 
 
-def find_segments(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Segments:
+def find_segments(load: GivenLoad, sides: Mapping[str, Sequence[TrueSide]], grid: Grid) -> Segments:
     """Find the parts of the boundary that a load on an edge or in a box acts on.
 
     Parameters
     ----------
-    load : Load
-    sides : mapping of str to sequence of Side
-        The true sides of the boundary, by the names of their edges; of a mesh file none.
+    load : GivenLoad
+    sides : mapping of str to sequence of TrueSide
+        The exact sides of the boundary, by the names of their edges; empty for a mesh file.
     grid : Grid
 
     Returns
     -------
     Segments
-        What lies in a box, whether nodes lie on its border or not.
+        For a box exactly the part of the boundary in it; edges are cut at its border.
     """
     names = [load.edge] if load.edge is not None else list(grid.edges)
     edges = np.concatenate([grid.edges[name] for name in names])
@@ -75,20 +71,20 @@ def find_segments(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -
     return Segments(edges, lengths[:, None] * (primitive(end) - primitive(start)))
 
 
-def nodes_and_weights(load: Load, grid: Grid, segments: Segments) -> tuple[Ints, Floats]:
+def nodes_and_weights(load: GivenLoad, grid: Grid, segments: Segments) -> tuple[Ints, Floats]:
     """Sum the integrals at the nodes.
 
     Parameters
     ----------
-    load : Load
+    load : GivenLoad
     grid : Grid
     segments : Segments
-        Of this load.
+        Segments of this load.
 
     Returns
     -------
     nodes : (k,) int
-        A displacement has only the nodes in its box, a traction all that share in it.
+        For a displacement only the nodes in its box, for a traction all nodes of its edges.
     weights : (k,) float
         [mm].
     """
@@ -103,13 +99,13 @@ def nodes_and_weights(load: Load, grid: Grid, segments: Segments) -> tuple[Ints,
 
 
 def _inside(box: tuple[XY, XY], grid: Grid, edges: Ints) -> tuple[Floats, Floats]:
-    """Where each edge enters and leaves a box: 0 at its start, 1 at its end."""
+    """Positions at which each edge enters and leaves a box: 0 at its start, 1 at its end."""
     low, high = _corners(box, grid)
     enter, leave = np.zeros(len(edges)), np.ones(len(edges))
     for axis in (0, 1):
         a, b = grid.nodes[edges[:, :2], axis].T
         cut = (np.minimum(a, b) < low[axis]) | (np.maximum(a, b) > high[axis])
-        # An edge along the border lies in the box; others end exactly at the border.
+        # An edge along the border is in the box; others are cut exactly at the border.
         with np.errstate(divide="ignore"):
             crossings = np.sort([(corner[axis] - a[cut]) / (b - a)[cut] for corner in box], axis=0)
         enter[cut] = np.maximum(enter[cut], crossings[0])
@@ -118,22 +114,17 @@ def _inside(box: tuple[XY, XY], grid: Grid, edges: Ints) -> tuple[Floats, Floats
 
 
 def _corners(box: tuple[XY, XY], grid: Grid) -> tuple[Floats, Floats]:
-    """The lower left and the upper right corner of a box, round-off included."""
+    """The lower left and the upper right corner of a box, with a tolerance for round-off."""
     slack = SLACK * np.ptp(grid.nodes, axis=0).max()
     return np.min(box, axis=0) - slack, np.max(box, axis=0) + slack
 
 
-def _lengths(grid: Grid, edges: Ints) -> Floats:
-    return np.hypot(*(grid.nodes[edges[:, 1]] - grid.nodes[edges[:, 0]]).T)
+def _true_lengths(grid: Grid, edges: Ints, sides: Sequence[TrueSide]) -> Floats:
+    """Exact length of the boundary along each edge, which on an arc exceeds that of the chord.
 
-
-def _true_lengths(grid: Grid, edges: Ints, sides: Sequence[Side]) -> Floats:
-    """Length of the boundary that each edge of a part stands for: more than that of a chord.
-
-    A force given as traction times length is then applied in full. In a mesh file nobody knows
-    the true shape.
+    The force is then exactly traction times length. For a mesh file the exact shape is unknown.
     """
-    lengths = _lengths(grid, edges)
+    lengths = lengths_of(grid.nodes, edges)
     if all(side.through is None for side in sides):
         return lengths
     middles = grid.nodes[edges[:, :2]].mean(axis=1)
@@ -143,6 +134,6 @@ def _true_lengths(grid: Grid, edges: Ints, sides: Sequence[Side]) -> Floats:
             continue
         own = nearest == i
         turns = np.arcsin(np.minimum(1.0, lengths[own] / (2 * side.radius)))
-        # A crack that arrived on a chord has put a node off the arc: the sum is still right.
+        # A crack that arrived on a chord has added a node off the arc; the sum is still exact.
         lengths[own] = side.length * turns / turns.sum()
     return lengths

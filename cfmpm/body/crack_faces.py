@@ -1,4 +1,4 @@
-"""The faces of cracks: pairs of coincident nodes, and their opening."""
+"""Crack faces: pairs of coincident nodes, and their opening."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from cfmpm.body.grid import Floats, Grid, Ints
 
 @dataclass(frozen=True)
 class FacePairs:
-    """The nodes of a crack that are doubled, one on each face.
+    """The doubled nodes of a crack, one on each face.
 
     Attributes
     ----------
     left, right : (k,) int
-        Coincident nodes of the faces on the left and right of the crack. Tips are no pair.
+        Coincident nodes of the left and right face of the crack, without tips.
     normal : (k, 2) float
-        Unit normal from the right face to the left one: where the crack is bent, the mean of the
-        edges on both sides by their length, along which a uniform pressure acts on the node.
+        Unit normal from the right to the left face. At a kink it is the mean of the adjacent edges
+        weighted with their lengths, which is the direction of the force by a uniform pressure.
     """
 
     left: Ints
@@ -28,12 +28,12 @@ class FacePairs:
     normal: Floats
 
     def opening(self, displacement: Floats) -> Floats:
-        """Distance of the nodes along the normal, (k,); negative where the faces overlap.
+        """Distance of the nodes along the normal, (k,) [mm]; negative where the faces overlap.
 
         Parameters
         ----------
         displacement : (n, 2) float
-            Of all nodes [mm].
+            Displacement of all nodes [mm].
         """
         jump = displacement[self.left] - displacement[self.right]
         return np.einsum("ki,ki->k", jump, self.normal)
@@ -41,12 +41,12 @@ class FacePairs:
 
 @dataclass(frozen=True)
 class Turning:
-    """How a crack has turned as a whole: the rotation that fits the edges of its faces best.
+    """Rotation of a crack: the least-squares fit to the deformed edges of its faces.
 
     Attributes
     ----------
     rotation : complex
-        Of unit length.
+        Unit complex number of the rotation.
     nodes : (m,) int
         The nodes at the ends of the edges.
     slope : (m,) complex
@@ -76,8 +76,8 @@ def face_pairs(grid: Grid, crack: str, turning: Turning | None = None) -> FacePa
     grid : Grid
     crack : str
     turning : Turning, optional
-        With which the normals turn, at finite deformation. That they bend within the crack is left
-        out, as is sliding by more than an element; default: as at rest.
+        Rotation of the normals, at finite deformation; default: none. Variation of the rotation
+        along the crack, and sliding by more than an element, are neglected.
     """
     left, right = _edges(grid, crack)
     along = grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]
@@ -95,7 +95,7 @@ def face_pairs(grid: Grid, crack: str, turning: Turning | None = None) -> FacePa
 
 
 def turning_of(grid: Grid, crack: str, shape: Floats) -> Turning:
-    """Find how a crack has turned.
+    """Find the rotation of a crack.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def turning_of(grid: Grid, crack: str, shape: Floats) -> Turning:
 
     Notes
     -----
-    With the edges of both faces as complex numbers, r at rest and m as they are, the rotation that
-    makes sum |m - s r|^2 least is that of s, in proportion to sum conj(r) m.
+    With the undeformed edges r and the deformed edges m of both faces as complex numbers, the
+    minimum of sum |m - s r|^2 is at s proportional to sum conj(r) m. Its argument is the rotation.
     """
     sides = _edges(grid, crack)
     at = shape[:, 0] + 1j * shape[:, 1]
@@ -127,7 +127,7 @@ def _edges(grid: Grid, crack: str) -> tuple[Ints, Ints]:
     """Nodes of the edges on the left and on the right face, in the same order."""
     faces = grid.crack_faces[crack]
     left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
-    # The right face runs the other way.
+    # The edges of the right face have the opposite direction.
     return left, right[:, grid.element.turned]
 
 
@@ -138,14 +138,14 @@ def smallest_openings(grid: Grid, displacement: Floats, finite: bool = False) ->
     ----------
     grid : Grid
     displacement : (n, 2) float
-        Of the nodes [mm].
+        Displacement of the nodes [mm].
     finite : bool
-        Whether the normals turn with the crack.
+        Whether the normals rotate with the crack.
 
     Returns
     -------
     dict of str to float
-        By crack [mm]: zero where the faces do not overlap, as at a tip; negative where they do.
+        By crack [mm]: negative if the faces overlap, otherwise zero, the opening at the tip.
     """
     smallest = {}
     for crack in grid.crack_faces:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Triangulation:
-    """A plane triangulation in which cracks are still closed lines of edges.
+    """A plane triangulation in which cracks are closed lines of edges.
 
     Attributes
     ----------
@@ -27,7 +28,7 @@ class Triangulation:
     regions : (m,) int
         Index into `region_names`.
     region_names : tuple of str
-        ``"body"`` first, then the scene's regions.
+        ``"body"`` first, then the regions of the scene.
     edges : dict of str to (k, 2) int
         Node pairs of each named part of the boundary (outline and holes).
     cracks : dict of str to (k, 2) int
@@ -40,9 +41,38 @@ class Triangulation:
     triangles: Ints
     regions: Ints
     region_names: tuple[str, ...]
-    edges: dict[str, Ints]
-    cracks: dict[str, Ints]
-    points: dict[str, int]
+    edges: Mapping[str, Ints]
+    cracks: Mapping[str, Ints]
+    points: Mapping[str, int]
+
+    def end_of(self, crack: str, end: int) -> int:
+        """Return the first (end 0) or the last (end -1) node of a crack."""
+        pairs = self.cracks[crack]
+        return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
+
+    @property
+    def crack_lengths(self) -> dict[str, float]:
+        """Length of each crack line [mm]."""
+        return {name: line_length(self.nodes[line_of(p)]) for name, p in self.cracks.items()}
+
+    def edge_at(self, node: int) -> str | None:
+        """Return the named part of the boundary of the body that a node lies on, if any."""
+        return next((name for name, pairs in self.edges.items() if (pairs == node).any()), None)
+
+    def is_inside(self, node: int) -> bool:
+        """Whether triangles close a ring around a node.
+
+        The names of edges do not tell: in a grid with a margin they lie inside it.
+        """
+        element, corner = np.nonzero(self.triangles == node)
+        after, before = (self.triangles[element, (corner + step) % 3] for step in (1, 2))
+        return np.array_equal(np.sort(after), np.sort(before))
+
+    def is_tip(self, crack: str, end: int) -> bool:
+        """Whether an end of a crack lies inside the grid and on no other crack line."""
+        node = self.end_of(crack, end)
+        met = sum(np.count_nonzero(pairs == node) for pairs in self.cracks.values())
+        return met == 1 and self.is_inside(node)
 
 
 @dataclass(frozen=True)
@@ -60,11 +90,11 @@ class CrackTip:
     path : (k, 2) float
         Corners of the crack line from the tip backwards [mm].
     tangent : (2,) float
-        Unit vector out of the crack.
+        Unit vector along the crack at the tip, pointing ahead.
     h : float
         Mean length of the grid edges at the tip [mm].
     straight : float
-        Length over which the crack behind the tip is straight [mm].
+        Length of the straight part of the crack behind the tip [mm].
     """
 
     name: str
@@ -76,15 +106,20 @@ class CrackTip:
     h: float
     straight: float
 
+    @property
+    def crack_length(self) -> float:
+        """Length of the crack line that ends here [mm]."""
+        return line_length(self.path)
+
 
 @dataclass(frozen=True)
 class Grid:
-    """A grid of triangles with opened cracks.
+    """A grid of triangles with doubled nodes along the cracks.
 
     Attributes
     ----------
     element : Element
-        What its triangles are.
+        Element type of the triangles.
     nodes : (n, 2) float
         Coordinates [mm]; corners first, then the nodes on sides, then those inside triangles.
     elements : (m, k) int
@@ -108,10 +143,10 @@ class Grid:
     twins: Ints
     regions: Ints
     region_names: tuple[str, ...]
-    edges: dict[str, Ints]
-    crack_faces: dict[str, Ints]
+    edges: Mapping[str, Ints]
+    crack_faces: Mapping[str, Ints]
     tips: tuple[CrackTip, ...]
-    points: dict[str, int]
+    points: Mapping[str, int]
 
     @property
     def triangles(self) -> Ints:
@@ -131,10 +166,10 @@ class Grid:
 
     def edge_nodes(self, half_edges: Ints) -> Ints:
         """Nodes of half-edges, the ends and then those between, first to second; (k, p + 1)."""
-        return self.elements[(half_edges // 3)[:, None], self.element.sides[half_edges % 3]]
+        return _nodes_of(half_edges, self.elements, self.element)
 
     def basis_values(self, element: Ints, position: Floats) -> Floats:
-        """Evaluate the basis functions at places in triangles.
+        """Evaluate the basis functions at positions in triangles.
 
         Parameters
         ----------
@@ -152,7 +187,7 @@ class Grid:
         return values
 
     def basis_gradients(self, element: Ints, position: Floats) -> Floats:
-        """Evaluate the gradients of the basis functions at places in triangles.
+        """Evaluate the gradients of the basis functions at positions in triangles.
 
         Parameters
         ----------
@@ -171,29 +206,24 @@ class Grid:
 
 
 def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
-    """Open the cracks of a triangulation and number the nodes of its elements.
+    """Double the nodes along the cracks of a triangulation, and number the nodes of its elements.
 
     Parameters
     ----------
     triangulation : Triangulation
     element : Element or str
-        Or its word in `registry.elements`.
+        The element, or its word in `registry.elements`.
 
     Returns
     -------
     Grid
-        Crack nodes are doubled wherever the triangles around them fall apart into several fans
-        (paper section 4.1); the end of a crack inside the body stays one node, its tip.
+        A crack node is doubled where the triangles around it form several fans (paper section 4.1);
+        the end of a crack inside the body remains one node, the tip.
     """
     n_nodes = len(triangulation.nodes)
     triangles = triangulation.triangles.copy()
     offsets, half_edges = topology.node_stars(triangles, n_nodes)
     twins = topology.find_twins(triangles, offsets, half_edges)
-    on_boundary = np.zeros(n_nodes, bool)
-    for k in range(3):
-        open_side = twins[:, k] < 0
-        on_boundary[triangles[open_side, k]] = True
-        on_boundary[triangles[open_side, (k + 1) % 3]] = True
 
     def sides(pairs: Ints) -> tuple[Ints, Ints]:
         """Half-edges on the left and on the right of node pairs, -1 where there is none."""
@@ -210,7 +240,7 @@ def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
     tips = tuple(
         tip
         for name, pairs in triangulation.cracks.items()
-        for tip in _tips(name, pairs, triangulation, on_boundary, offsets, half_edges)
+        for tip in _tips(name, pairs, triangulation, offsets, half_edges)
     )
 
     nodes = triangulation.nodes
@@ -223,26 +253,28 @@ def build_grid(triangulation: Triangulation, element: Element | str) -> Grid:
 
     of = find_element(element) if isinstance(element, str) else element
     nodes, elements = _with_further_nodes(of, nodes, triangles, twins)
-    grid = Grid(
+    return Grid(
         element=of,
         nodes=nodes,
         elements=elements,
         twins=twins,
         regions=triangulation.regions,
         region_names=triangulation.region_names,
-        edges={},
+        edges={name: _nodes_of(found, elements, of) for name, found in named.items()},
         crack_faces=crack_faces,
         tips=tips,
         points=triangulation.points,
     )
-    grid.edges.update({name: grid.edge_nodes(found) for name, found in named.items()})
-    return grid
+
+
+def _nodes_of(half_edges: Ints, elements: Ints, element: Element) -> Ints:
+    return elements[(half_edges // 3)[:, None], element.sides[half_edges % 3]]
 
 
 def _with_further_nodes(
     element: Element, corners: Floats, triangles: Ints, twins: Ints
 ) -> tuple[Floats, Ints]:
-    """Add the nodes on sides and inside triangles; the two faces of a crack get their own."""
+    """Add the nodes on sides and inside triangles; each crack face gets its own nodes."""
     p = element.order
     if p == 1:
         return corners, triangles
@@ -253,7 +285,7 @@ def _with_further_nodes(
     number = np.cumsum(is_first) - 1
     on_sides = len(corners) + (p - 1) * number[first][:, None] + np.arange(p - 1)
     if p > 2:
-        # The triangle across a side has its nodes the other way round.
+        # The triangle across a side has the nodes on it in reverse order.
         on_sides[~is_first] = on_sides[~is_first, ::-1]
     start = corners[triangles].reshape(-1, 2)[is_first]
     end = corners[np.roll(triangles, -1, axis=1)].reshape(-1, 2)[is_first]
@@ -272,22 +304,14 @@ def _tips(
     name: str,
     pairs: Ints,
     triangulation: Triangulation,
-    on_boundary: NDArray[np.bool_],
     offsets: Ints,
     half_edges: Ints,
 ) -> list[CrackTip]:
     """Find the ends of one crack that lie inside the body and on no crack."""
     nodes, triangles = triangulation.nodes, triangulation.triangles
-    line = np.concatenate([pairs[:, 0], pairs[-1:, 1]])
-    met = np.concatenate(
-        [line, *(p.ravel() for other, p in triangulation.cracks.items() if other != name)]
-    )
-    ends = {"start": line[::-1], "end": line}
-    inside = {
-        end: path
-        for end, path in ends.items()
-        if not on_boundary[path[-1]] and np.count_nonzero(met == path[-1]) == 1
-    }
+    line = line_of(pairs)
+    ends = {0: line[::-1], -1: line}
+    inside = {end: path for end, path in ends.items() if triangulation.is_tip(name, end)}
     tips = []
     for end, path in inside.items():
         tip = path[-1]
@@ -300,9 +324,9 @@ def _tips(
         rim = nodes[triangles[star // 3, (star + 1) % 3]]
         tips.append(
             CrackTip(
-                name=f"{name}_{end}" if len(inside) == 2 else name,
+                name=f"{name}_{'end' if end else 'start'}" if len(inside) == 2 else name,
                 crack=name,
-                end=0 if end == "start" else -1,
+                end=end,
                 node=int(tip),
                 path=nodes[path[::-1]],
                 tangent=tangent,
@@ -311,6 +335,22 @@ def _tips(
             )
         )
     return tips
+
+
+def line_of(pairs: Ints) -> Ints:
+    """Return the nodes along a line of consecutive node pairs, (k + 1,)."""
+    return np.concatenate([pairs[:, 0], pairs[-1:, 1]])
+
+
+def line_length(points: Floats) -> float:
+    """Return the length of the line through points (k, 2) [mm]."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())
+
+
+def lengths_of(nodes: Floats, pairs: Ints) -> Floats:
+    """Return the length of the line between the first two nodes of each row, (k,) [mm]."""
+    lengths: Floats = np.hypot(*(nodes[pairs[:, 1]] - nodes[pairs[:, 0]]).T)
+    return lengths
 
 
 def regions_ahead(grid: Grid, tip: CrackTip, direction: Floats) -> list[int]:

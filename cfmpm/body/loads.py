@@ -1,10 +1,10 @@
-"""Loads and supports of a scene as nodal values, and the holding of rigid bodies."""
+"""Loads and supports of a scene as nodal values, and rigid motions without support."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Self
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,12 @@ from cfmpm.body.applied import Place
 from cfmpm.body.boundary import Segments, find_segments, nodes_and_weights
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.points import MaterialPoints
+from cfmpm.body.protocols import GivenLoad, TrueSide
 from cfmpm.body.rigid_motions import BALANCE, hold_rigid_motions, loose_motions
 from cfmpm.errors import Problem, SceneError
 from cfmpm.kernels import assembly
 from cfmpm.registry.loads import LOADS
 from cfmpm.registry.table import load as find
-
-if TYPE_CHECKING:  # values that are handed in
-    from cfmpm.scene.loads import Load
-    from cfmpm.scene.shapes import Side
 
 
 @dataclass(frozen=True)
@@ -32,11 +29,11 @@ class Boundary:
     ----------
     nodes : (k,) int
     weights : (k,) float
-        For the mean over its length; their sum is one.
+        Weights of the mean over its length; their sum is one.
     force : (k, 2) float
-        What this load itself applies [N/mm].
+        Force applied by this load [N/mm].
     holds : (k, 2) bool
-        Components that this load prescribes, and none before it: each belongs to one part.
+        Components that are prescribed by this load and by no load before it.
     fixed : bool
         Whether the load acts in full at every load factor; else `force` is that at factor one.
     """
@@ -48,7 +45,7 @@ class Boundary:
     fixed: bool = False
 
     def force_at(self, load_factor: float) -> Floats:
-        """Return what this load itself applies at a load factor [N/mm], (k, 2)."""
+        """Return the force applied by this load at a load factor [N/mm], (k, 2)."""
         return self.force if self.fixed else load_factor * self.force
 
 
@@ -59,11 +56,11 @@ class NodalLoads:
     Attributes
     ----------
     force : (n, 2) float
-        External force, body force included [N/mm].
+        External force, including body force [N/mm].
     displacement : (n, 2) float
         Prescribed components [mm]; zero elsewhere.
     own_weight : (n, 2) float
-        The part of `force` that is body force [N/mm].
+        Body force, which is part of `force` [N/mm].
     body_force : (2,) float
         [N/mm^3].
     """
@@ -81,24 +78,33 @@ class NodalLoads:
 
     @property
     def any(self) -> bool:
-        """Whether there is a load at all."""
+        """Whether there is any load."""
         return bool(self.force.any() or self.displacement.any() or self.body_force.any())
 
     def times(self, factor: float) -> NodalLoads:
-        """Return a multiple, in arrays of its own."""
-        return NodalLoads(*(factor * getattr(self, part.name) for part in fields(self)))
+        """Return a multiple, in new arrays."""
+        return NodalLoads(
+            factor * self.force,
+            factor * self.displacement,
+            factor * self.own_weight,
+            factor * self.body_force,
+        )
 
     def plus(self, other: NodalLoads) -> NodalLoads:
         """Return the sum with other loads on the same nodes."""
-        names = [part.name for part in fields(self)]
-        return NodalLoads(*(getattr(self, name) + getattr(other, name) for name in names))
+        return NodalLoads(
+            self.force + other.force,
+            self.displacement + other.displacement,
+            self.own_weight + other.own_weight,
+            self.body_force + other.body_force,
+        )
 
 
 @dataclass(frozen=True)
 class Loading:
     """Loads and supports on the nodes of a grid.
 
-    What acts is a fixed part, in full at every load factor, and the load factor times a
+    The loads are a fixed part, independent of the load factor, plus the load factor times a
     proportional part (`at`).
 
     Attributes
@@ -110,25 +116,25 @@ class Loading:
     boundaries : dict of str to Boundary
         The parts of the boundary at which forces and displacements are reported.
     held : int
-        Number of rigid motions that the program itself holds.
+        Number of rigid motions without support that are held at nodes.
     warnings : tuple of str
-        Loads that do nothing but press on a support.
+        Warnings about loads that act only on a support.
     turning : (r, 2) int
-        Node and component of what the program holds a rotation by, one for each part that has one.
+        Node and component at which a rotation is held, one for each part with such a rotation.
     loose : (m, n, 2) float
-        Rigid motions of the whole body that no support holds, scaled such that
+        Rigid motions of the whole body without support, orthonormal:
         ``(node_area * motion_i * motion_j).sum()`` is 1 for i = j, else 0.
     node_area : (n, 1) float
-        A third of the triangles around each of their corners [mm^2].
+        A third of the area of the triangles at each corner node [mm^2].
     fixed : NodalLoads or None
-        None where all loads are proportional to the load factor.
+        None if all loads are proportional to the load factor.
     fixed_names : frozenset of str
-        The loads that make up the fixed part, by which it is made again on another grid.
+        Names of the loads of the fixed part, from which it is made again on another grid.
     """
 
     prescribed: NDArray[np.bool_]
     proportional: NodalLoads
-    boundaries: dict[str, Boundary]
+    boundaries: Mapping[str, Boundary]
     held: int
     warnings: tuple[str, ...] = ()
     turning: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
@@ -145,23 +151,23 @@ class Loading:
 
     @property
     def is_proportional(self) -> bool:
-        """Whether all that acts is in proportion to the load factor."""
+        """Whether all loads are proportional to the load factor."""
         return self.fixed is None or not self.fixed.any
 
     @property
     def any(self) -> bool:
-        """Whether there is a load at all."""
+        """Whether there is any load."""
         return self.proportional.any or not self.is_proportional
 
     def at(self, load_factor: float) -> NodalLoads:
-        """Return what acts at a load factor, in arrays of its own."""
+        """Return the loads at a load factor, in new arrays."""
         acting = self.proportional.times(load_factor)
         if self.fixed is None or self.is_proportional:
             return acting
         return self.fixed.plus(acting)
 
     def fixed_alone(self) -> Loading:
-        """Return the loading of which the fixed part is all, in proportion to a factor."""
+        """Return the loading with the fixed part alone, proportional to a factor."""
         fixed = NodalLoads.none(len(self.prescribed)) if self.fixed is None else self.fixed
         return replace(self, proportional=fixed, fixed=None)
 
@@ -170,37 +176,37 @@ class Loading:
         return replace(self, fixed=None)
 
     def at_rest(self, displacement: Floats) -> Floats:
-        """Take the rigid motions that no support holds out of a displacement.
+        """Subtract the rigid motions without support from a displacement.
 
         Parameters
         ----------
         displacement : (n, 2) float
-            With those motions held at some nodes or other, which differ from grid to grid.
+            Solution with these motions held at nodes, which depend on the grid [mm].
 
         Returns
         -------
         (n, 2) float
-            Whose mean over the body along these motions is zero [mm].
+            Displacement with zero mean over the body along these motions [mm].
         """
         share = (self.loose * (self.node_area * displacement)).sum(axis=(1, 2))
         return displacement - (share[:, None, None] * self.loose).sum(axis=0)
 
 
 def apply_loads(
-    loads: Sequence[Load],
-    sides: Mapping[str, Sequence[Side]],
+    loads: Sequence[GivenLoad],
+    sides: Mapping[str, Sequence[TrueSide]],
     grid: Grid,
     points: MaterialPoints,
     fixed: Collection[str] = (),
 ) -> Loading:
-    """Turn loads into nodal values.
+    """Convert loads to nodal values.
 
     Parameters
     ----------
-    loads : sequence of Load
-        Each with its name.
-    sides : mapping of str to sequence of Side
-        The true sides of the boundary, by the names of their edges; of a mesh file none.
+    loads : sequence of GivenLoad
+        Loads with names.
+    sides : mapping of str to sequence of TrueSide
+        The exact sides of the boundary, by the names of their edges; empty for a mesh file.
     grid : Grid
     points : MaterialPoints
     fixed : collection of str
@@ -209,17 +215,16 @@ def apply_loads(
     Returns
     -------
     Loading
-        Rigid motions that no support holds are held at single nodes if the loads do no work on
-        them; the forces there are zero, and stress and configurational force are untouched.
+        Rigid motions without support are held at single nodes if the loads do no work on them; the
+        reactions there are zero, and stress and configurational force are not affected.
 
     Raises
     ------
     SceneError
-        Where two loads of one part, fixed or proportional, prescribe different displacements at a
-        node, or a box holds no boundary, or no node of it that a displacement could be prescribed
-        at.
+        If two loads, both fixed or both proportional, prescribe different displacements at a node;
+        if a box contains no part of the boundary, or, for a displacement, no boundary node.
     UnheldError
-        Where a motion is not held and the loads would drive it.
+        If loads do work on a rigid motion without support.
     """
     nodal = _NodalValues.of(grid)
     problems: list[Problem] = []
@@ -248,7 +253,7 @@ def apply_loads(
     np.add.at(node_area, grid.triangles, (grid.areas / 3.0)[:, None, None])
     loose = loose_motions(grid, prescribed, node_area)
     if fixed:
-        # Each part has to be in balance by itself.
+        # Each part has to be in equilibrium by itself.
         hold_rigid_motions(grid, prescribed.copy(), constant.force)
     held, turning = hold_rigid_motions(grid, prescribed, proportional.force)
     return Loading(
@@ -265,7 +270,7 @@ def apply_loads(
     )
 
 
-def _place_of(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Place:
+def _place_of(load: GivenLoad, sides: Mapping[str, Sequence[TrueSide]], grid: Grid) -> Place:
     """Find the nodes that a load acts on."""
     if not LOADS[load.kind].places:
         return Place(np.empty(0, np.int64), np.empty(0))
@@ -277,7 +282,7 @@ def _place_of(load: Load, sides: Mapping[str, Sequence[Side]], grid: Grid) -> Pl
 
 @dataclass(frozen=True)
 class _Part:
-    """What the loads of one part, fixed or proportional, come to; arrays are added to in place.
+    """Sum of the fixed or of the proportional loads; its arrays are modified in place.
 
     Attributes
     ----------
@@ -285,23 +290,23 @@ class _Part:
         [N/mm], [mm].
     density : (2,) float
         Body force [N/mm^3].
-    owner : dict of (int, int) to int
-        The load that prescribes a component of a node last.
+    owner : (n, 2) int
+        Index of the last load that prescribes a component of a node; -1 if none does.
     """
 
     force: Floats
     displacement: Floats
     density: Floats
-    owner: dict[tuple[int, int], int]
+    owner: Ints
 
     @classmethod
     def of(cls, grid: Grid) -> Self:
-        """Nothing, on the nodes of a grid."""
+        """No loads on the nodes of a grid."""
         shape = grid.nodes.shape
-        return cls(np.zeros(shape), np.zeros(shape), np.zeros(2), {})
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(2), np.full(shape, -1))
 
     def with_weight(self, grid: Grid, points: MaterialPoints) -> NodalLoads:
-        """Return the nodal values, with the body force on the points shared out to the nodes."""
+        """Return the nodal values, with the nodal forces of the body force."""
         if not self.density.any():
             nothing = np.zeros_like(self.force)
             return NodalLoads(self.force, self.displacement, nothing, self.density)
@@ -314,7 +319,7 @@ class _Part:
 
 @dataclass(frozen=True)
 class _NodalValues:
-    """What the loads so far come to.
+    """Sum of the loads so far.
 
     Attributes
     ----------
@@ -330,13 +335,13 @@ class _NodalValues:
 
     @classmethod
     def of(cls, grid: Grid) -> Self:
-        """Nothing, on the nodes of a grid."""
+        """No loads on the nodes of a grid."""
         return cls(_Part.of(grid), _Part.of(grid), np.zeros(grid.nodes.shape, bool), {})
 
     def add(
-        self, i: int, load: Load, place: Place, grid: Grid, *, fixed: bool
+        self, i: int, load: GivenLoad, place: Place, grid: Grid, *, fixed: bool
     ) -> Iterator[Problem]:
-        """Add a load; yield where it contradicts those of its part before it."""
+        """Add a load; yield contradictions to previous loads of its part."""
         applied = find(LOADS[load.kind].code)(load.value, place, grid)
         part = self.fixed if fixed else self.proportional
         if applied.density is not None:
@@ -352,7 +357,7 @@ class _NodalValues:
             for axis in np.flatnonzero(given.any(axis=0)).tolist():
                 chosen, values = nodes[given[:, axis]], applied.displacement[given[:, axis], axis]
                 holds[given[:, axis], axis] = ~self.prescribed[chosen, axis]
-                known = np.array([(int(node), axis) in part.owner for node in chosen], bool)
+                known = part.owner[chosen, axis] >= 0
                 clash = np.flatnonzero(known & (part.displacement[chosen, axis] != values))
                 if clash.size:
                     node, value = int(chosen[clash[0]]), values[clash[0]]
@@ -365,13 +370,13 @@ class _NodalValues:
                     )
                 self.prescribed[chosen, axis] = True
                 part.displacement[chosen, axis] = values
-                part.owner.update({(int(node), axis): i for node in chosen})
+                part.owner[chosen, axis] = i
         weights = place.weights / place.weights.sum()
         self.boundaries[str(load.name)] = Boundary(nodes, weights, force, holds, fixed)
 
 
 def hold_nodes(loading: Loading, nodes: Ints) -> Loading:
-    """Hold nodes that have no stiffness, at their prescribed displacement or at zero."""
+    """Hold nodes without stiffness at their prescribed displacement or at zero."""
     if nodes.size == 0:
         return loading
     prescribed = loading.prescribed.copy()
@@ -379,11 +384,13 @@ def hold_nodes(loading: Loading, nodes: Ints) -> Loading:
     return replace(loading, prescribed=prescribed)
 
 
-def _lost(load: Load, i: int, segments: Segments, prescribed: NDArray[np.bool_]) -> Iterator[str]:
+def _lost(
+    load: GivenLoad, i: int, segments: Segments, prescribed: NDArray[np.bool_]
+) -> Iterator[str]:
     """Say how much of a traction acts where its component is prescribed.
 
-    Only edges whose nodes are all prescribed count: where a loaded and a held part meet at a
-    corner, they share a node on any grid.
+    Only edges with all nodes prescribed count, since a loaded and a supported part that meet at a
+    corner share a node on any grid.
     """
     lengths = segments.weights.sum(axis=1)
     components = load.value if isinstance(load.value, tuple) else ()
@@ -392,5 +399,5 @@ def _lost(load: Load, i: int, segments: Segments, prescribed: NDArray[np.bool_])
         if component != 0.0 and part > BALANCE:
             yield (
                 f"loads[{i}].{load.kind}: {100 * part:.3g} % of {load.name} acts where "
-                f"u_{'xy'[axis]} is prescribed, and goes straight into that support"
+                f"u_{'xy'[axis]} is prescribed, and is carried by that support alone"
             )

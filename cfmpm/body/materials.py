@@ -19,44 +19,44 @@ from cfmpm.registry.laws import LAWS, Law
 # Poisson's ratio above which T3 in plane strain locks. J against T6 on one grid (single edge crack,
 # size 20, tip 1 mm): 1.4 % low at 0.3, 2.4 % at 0.45, 7 % at 0.49, 28 % at 0.499.
 LOCKING = 0.45
-# Among the internal variables of a law.
+# Name of the internal variable of plastic work.
 PLASTIC_WORK = "plastic_work"
 
 
 @dataclass(frozen=True)
 class Materials:
-    """The materials of the regions, in the order of their names.
+    """Table of the materials of the regions, in the order of their names.
 
     Attributes
     ----------
     elastic : (q, 3, 3) float
         Elastic matrix of the plane problem [MPa]: sigma xx, yy, xy from strain xx, yy, 2 xy.
     volumetric : (q,) float
-        What of it patches may share: lambda, the normal stress of a change of volume [MPa].
+        The part that patches share: lambda, the normal stress per volume change [MPa].
     unshared : (q, 3, 3) float
-        The elastic matrix without that.
+        The elastic matrix without that part.
     across : (q, 3) float
-        What sigma_zz of small strain is of sigma xx, yy, xy.
+        Coefficients of sigma_zz at small strain in terms of sigma xx, yy, xy.
     lame : (q, 2) float
-        Lame's constants lambda and mu of the plane problem [MPa], where isotropy is needed: in the
-        auxiliary fields at crack tips.
+        Lame's constants lambda and mu of the plane problem [MPa], for the auxiliary fields at crack
+        tips, which are those of an isotropic material.
     E : (q,) float
         Young's modulus [MPa].
     g_c : (q,) float
-        Critical energy release rate [N/mm]; nan where there is none.
+        Critical energy release rate [N/mm]; nan if none is given.
     law : (q,) int
-        By `laws.dispatch.NUMBERS`.
+        Number of the law in `laws.dispatch.NUMBERS`.
     constants : (q, c) float
-        What the laws read: lambda, mu [MPa], and their own constants from the third column on.
+        Constants of the laws: lambda, mu [MPa], further constants from the third column on.
     plastic : (q,) bool
-        Whether the law flows.
+        Whether the law has plastic flow.
     n_variables : (q,) int
-        Number of internal variables that the law keeps of a point.
+        Number of internal variables of the law for each point.
     work : (q,) int
-        Which of them is the plastic work; -1 where none is.
+        Index of the internal variable of plastic work; -1 if there is none.
     locks : (q,) bool
-        Whether elements lock that can (`Element.locks`): plane strain near incompressibility.
-        Plastic flow is isochoric whatever Poisson's ratio is.
+        Whether elements with `Element.locks` lock: in plane strain near incompressibility or with
+        plastic flow, which is isochoric for any Poisson's ratio.
     """
 
     elastic: Floats
@@ -96,8 +96,8 @@ def material_table(rows: Sequence[Mapping[str, Any]], plane: str) -> Materials:
     Parameters
     ----------
     rows : sequence of mapping of str to value
-        Constants of each region by their keys in a scene: `E` [MPa] and `nu`; `g_c`, `law` and the
-        constants of that where they are not those of the defaults.
+        Constants of each region by their keys in a scene: `E` [MPa] and `nu`; optionally `g_c`,
+        `law` and the constants of the law.
     plane : {"strain", "stress"}
 
     Returns
@@ -156,7 +156,7 @@ def stress_across(
     materials : Materials
     points : DeformedPoints
     patches : Patches, optional
-        Over which the volume ratio of their pressure was averaged.
+        Patches over which the volume ratio was averaged.
 
     Returns
     -------
@@ -176,9 +176,10 @@ def stress_across(
 
 
 def departures_at_rest(materials: Materials) -> Floats:
-    """Return the parts by which the laws differ from Hooke's without strain, (q,).
+    """Return the relative difference of each law's stiffness at zero strain from Hooke's, (q,).
 
-    Of the largest entry of the elastic matrix in plane strain, that of the spatial tangent.
+    The largest difference of the entries of the spatial tangent in plane strain, over the largest
+    entry of the elastic matrix.
     """
     virgin = np.zeros((1, materials.n_internal))
     departures = []
@@ -192,7 +193,7 @@ def departures_at_rest(materials: Materials) -> Floats:
 
 
 def _own_constants(law: Law, row: Mapping[str, Any]) -> list[float]:
-    """The constants of a law besides E and nu, as many as any law has."""
+    """Constants of a law besides E and nu, padded to the largest number of any law."""
     values = [row.get(constant.name, constant.default) for constant in law.constants]
     return values + [0.0] * (dispatch.N_CONSTANTS - 2 - len(values))
 

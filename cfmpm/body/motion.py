@@ -1,4 +1,4 @@
-"""How far a body has come from its reference configuration on a grid that is reset."""
+"""Motion of a body from its reference configuration, on a grid that is reset."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from cfmpm.body.springs import Springs
 
 @dataclass(frozen=True)
 class Reset:
-    """How a grid is reset after a load step.
+    """Settings of the reset of a grid after a load step.
 
     Attributes
     ----------
     fixed : bool
-        Back to where it was; else it follows the material.
+        Whether the grid returns to its initial position; else it follows the material.
     by_domains : bool
-        Whether the parts of particle domains are summed over; else the points where they are.
+        Whether to integrate over particle domains; else over the material points.
     smooth_below : float
         Quality of a triangle of a following grid below which it is smoothed.
     ghost : float
-        Stabilisation of triangles that hold little material, over their largest modulus.
+        Stabilisation of triangles with little material, over the largest Young's modulus.
     """
 
     fixed: bool
@@ -36,40 +36,40 @@ class Reset:
 
 @dataclass(frozen=True)
 class Motion:
-    """What an updated Lagrangian body keeps of its reference configuration, and how it moved.
+    """Reference configuration and motion of an updated Lagrangian body.
 
-    The nodes of the grid that the points were seeded in go on as tracers: they move with the
-    material, carry the loads, and are the corners of the particle domains.
+    The nodes of the initial grid are kept as tracers: they move with the material, carry the
+    loads, and are the corners of the particle domains.
 
     Attributes
     ----------
     reset : Reset
     reference : Grid
-        In which the points were seeded.
+        The initial grid.
     loading : Loading
-        On its nodes.
+        Loads on its nodes.
     position : (p, 2) float
-        Of the material points in the reference configuration [mm].
+        Positions of the material points in the reference configuration [mm].
     element : (p,) int
-        Their triangles there.
+        Triangles of the points in the initial grid.
     gradients : (p, k, 2) float
-        Basis gradients there [1/mm].
+        Basis gradients at the points in the initial grid [1/mm].
     displacement : (n, 2) float
-        Of the tracers when the grid was reset last [mm].
+        Displacement of the tracers at the last reset [mm].
     triangle : (n,) int
-        Of the present grid, in which each tracer lies.
+        Triangle of the current grid that contains each tracer.
     carrier : (n,) int
-        With which it moves: the nearest one that holds material.
+        Triangle with which each tracer moves: the nearest one with material.
     base : (q, 2, 2) float
-        Displacement gradient of the quadrature points when the grid was reset last.
+        Displacement gradient of the quadrature points at the last reset.
     smoothed : (m,) bool
-        Nodes of a following grid that are not with their tracer any more.
+        Nodes of a following grid that no longer coincide with their tracers.
     forces : tuple of Springs
-        On the present grid: supports in which it moves, and its stabilisation.
+        On the current grid: springs of supports, and stabilisation.
     resets : int
-        How often the grid was moved under the points.
+        Number of times the grid was moved relative to the points.
     fill : float
-        Least part of a triangle that material fills, of those that hold any.
+        Smallest filled fraction of a triangle, of those with material on all sides.
     """
 
     reset: Reset
@@ -89,7 +89,7 @@ class Motion:
 
     @property
     def tracers(self) -> Floats:
-        """Where the tracers were when the grid was reset last [mm], (n, 2)."""
+        """Positions of the tracers at the last reset [mm], (n, 2)."""
         return self.reference.nodes + self.displacement
 
     def traced(self, grid: Grid, displacement: Floats) -> Floats:
@@ -98,32 +98,32 @@ class Motion:
         Parameters
         ----------
         grid : Grid
-            The present one.
+            The current grid.
         displacement : (m, 2) float
-            Of its nodes since the reset [mm].
+            Displacement of its nodes since the reset [mm].
         """
         return self.displacement + interpolate(grid, displacement, self.carrier, self.tracers)
 
 
 def interpolate(grid: Grid, values: Floats, element: Ints, position: Floats) -> Floats:
-    """Evaluate a nodal field, (n, d), at places in or near given triangles, (k, d)."""
+    """Evaluate a nodal field, (n, d), at positions in or near given triangles, (k, d)."""
     shape = grid.basis_values(element, position)
     return np.einsum("pk,pki->pi", shape, values[grid.elements[element]])
 
 
 def nearest_filled(grid: Grid, filled: NDArray[np.bool_]) -> Ints:
-    """Find for each triangle the one with material that is the fewest sides away.
+    """Find for each triangle the nearest one with material, by the number of sides between them.
 
     Parameters
     ----------
     grid : Grid
     filled : (m,) bool
-        Which triangles hold material.
+        Whether a triangle contains material.
 
     Returns
     -------
     (m,) int
-        Itself where it is filled; never across a crack; -1 where no way leads to material.
+        The triangle itself if it is filled; never across a crack; -1 if none can be reached.
     """
     found = np.where(filled, np.arange(len(filled)), -1)
     while True:

@@ -1,4 +1,4 @@
-"""Integration by pieces: the parts of material points' domains in the triangles of a moved grid."""
+"""Integration over particle domains, by their intersections with the triangles of a grid."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from cfmpm.kernels import clipping
 
 @dataclass(frozen=True)
 class ParticleDomains:
-    """The convex polygon of material that each material point stands for.
+    """The convex polygon that each material point represents.
 
     Attributes
     ----------
     anchors : (p, 2) float
-        A point at each domain [mm], a node of the grid in which the points were seeded.
+        A point near each domain, a node of the initial grid [mm].
     vertices : (v, 2) float
-        Corners, anticlockwise, from the anchor [mm]: far from the origin a mid-side or a cut has
-        no exact coordinates, but its distance from a corner nearby keeps all digits.
+        Corners, anticlockwise, relative to the anchor [mm]. Relative coordinates avoid loss of
+        digits for bodies far from the origin.
     offsets : (p + 1,) int
         The corners of domain p are ``vertices[offsets[p]:offsets[p + 1]]``.
     """
@@ -34,7 +34,7 @@ class ParticleDomains:
         return len(self.anchors)
 
     def polygon(self, p: int) -> Floats:
-        """Corners of domain p in the plane [mm], (k, 2)."""
+        """Coordinates of the corners of domain p [mm], (k, 2)."""
         return self.anchors[p] + self.vertices[self.offsets[p] : self.offsets[p + 1]]
 
 
@@ -45,15 +45,15 @@ class Quadrature:
     Attributes
     ----------
     owner : (q,) int
-        The material point whose piece it is.
+        Material point of each quadrature point.
     element : (q,) int
-        The triangle that holds the piece.
+        Triangle of each quadrature point.
     position : (q, 2) float
         [mm].
     volume : (q,) float
         Volume per mm of thickness [mm^2].
     material : (q,) int
-        That of the owner.
+        Row of the material table, that of the owner.
     """
 
     owner: Ints
@@ -67,7 +67,7 @@ class Quadrature:
 
 
 def initial_domains(grid: Grid) -> ParticleDomains:
-    """Divide the triangles of a grid among the points that `points.seed` puts into them.
+    """Divide the triangles of a grid into the domains of the points of `points.seed`.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def triangular_domains(corners: Floats) -> ParticleDomains:
 
 
 def initial_quadrature(points: MaterialPoints) -> Quadrature:
-    """Take the points just seeded for the quadrature points; arrays are shared, not copied."""
+    """Use new material points as quadrature points; arrays are shared, not copied."""
     return Quadrature(
         owner=np.arange(len(points)),
         element=points.element,
@@ -115,7 +115,7 @@ def initial_quadrature(points: MaterialPoints) -> Quadrature:
 
 
 def as_points(quadrature: Quadrature) -> MaterialPoints:
-    """Return quadrature points in the form that sums over points take; arrays are shared."""
+    """Return quadrature points as `MaterialPoints`; arrays are shared."""
     return MaterialPoints(
         position=quadrature.position,
         volume=quadrature.volume,
@@ -131,19 +131,19 @@ def realign(
     grid: Grid,
     changed: Ints,
 ) -> Quadrature:
-    """Integrate anew where the triangles of the grid were changed under the points.
+    """Renew the quadrature points in triangles of the grid that were changed.
 
     Parameters
     ----------
     quadrature : Quadrature
-        Of the grid before the change.
+        Quadrature of the grid before the change.
     domains : ParticleDomains
     points : MaterialPoints
     grid : Grid
-        After the change: the old triangles keep their numbers, those that splitting made follow.
+        The grid after the change: old triangles keep their numbers, new ones are appended.
     changed : (k,) int
-        The triangles of new shape and the new ones. Together they cover what they covered before:
-        a domain that sticks out of the grid loses that part.
+        Triangles that are new or have changed their shape. Their union does not change; any part of
+        a domain outside the grid is lost.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def _clip_again(
     changed: Ints,
     newcomers: Ints,
 ) -> Quadrature:
-    """Integrate anew in `changed` over the domains found there and those of `newcomers`."""
+    """Renew the quadrature in `changed`, over the domains present there and `newcomers`."""
     is_changed = np.zeros(len(grid.elements), bool)
     is_changed[changed] = True
     dropped = is_changed[quadrature.element]
@@ -180,8 +180,8 @@ def _clip_again(
         np.flatnonzero(is_there),
     )
     clipped = Quadrature(owner, element, position, volume, points.material[owner])
-    # Points of one triangle follow each other, as the sums over points like it; and the order does
-    # not depend on the order of past changes.
+    # Points are sorted by triangle, for fast sums over points; their order does not depend on the
+    # order of earlier changes.
     order = np.argsort(np.concatenate([quadrature.element, element]), kind="stable")
     order = order[np.concatenate([~dropped, np.ones(len(clipped), bool)])[order]]
     return Quadrature(
@@ -200,7 +200,7 @@ def split_points(
     a: Floats,
     b: Floats,
 ) -> tuple[MaterialPoints, ParticleDomains, Quadrature]:
-    """Make two material points of each one whose domain a new crack segment cuts.
+    """Split each material point whose domain is cut by a new crack segment in two.
 
     Parameters
     ----------
@@ -208,20 +208,20 @@ def split_points(
     domains : ParticleDomains
     quadrature : Quadrature
     grid : Grid
-        To which `quadrature` belongs.
+        The grid of `quadrature`.
     a, b : (2,) float
-        The ends of the segment [mm]. A domain in which it ends is cut through all the same, so that
-        every domain stays convex.
+        The ends of the segment [mm]. A domain that contains an end is cut along the whole line, so
+        that every domain stays convex.
 
     Returns
     -------
     points : MaterialPoints
         The part on the left of a -> b keeps its number, that on the right is appended, in the order
-        of the parents. Both have the parent's material and `element`, stand at the centroid of
-        their part, and share its volume by area.
+        of the parents. Both have material and `element` of the parent, lie at the centroids of
+        their parts, and divide its volume in proportion to area.
     domains : ParticleDomains
     quadrature : Quadrature
-        Clipped again in the triangles that hold pieces of the parents.
+        Renewed in the triangles that intersect the parents' domains.
     """
     cut = np.flatnonzero(
         clipping.find_cut_domains(domains.anchors, domains.vertices, domains.offsets, a, b)
@@ -254,7 +254,7 @@ def split_points(
 def _replace_and_append(
     domains: ParticleDomains, cut: Ints, lefts: list[Floats], rights: list[Floats]
 ) -> ParticleDomains:
-    """Put the left parts in the place of the domains that were cut, the right ones at the end."""
+    """Replace the domains that were cut by their left parts, and append the right parts."""
     blocks, start = [], 0
     for p, left in zip(cut, lefts, strict=True):
         blocks += [domains.vertices[start : domains.offsets[p]], left]
@@ -278,15 +278,15 @@ def means(
     ----------
     points : MaterialPoints
     quadrature : Quadrature or None
-        None where the points are summed over themselves.
+        None if the material points are the quadrature points.
     deformed : DeformedPoints
         The quadrature points.
 
     Returns
     -------
     DeformedPoints
-        Means by volume over the pieces of each point; zero for a point whose domain is dust. Where
-        there are no pieces the arrays are those of `deformed`.
+        Means over the quadrature points of each point, weighted with their volumes; zero for a
+        point whose domain has no area. Without `quadrature` the arrays are those of `deformed`.
     """
     state = [getattr(deformed, f.name) for f in fields(deformed)[len(fields(points)) :]]
     if quadrature is not None:

@@ -1,4 +1,4 @@
-"""The material points: arrays, seeding, location."""
+"""The material points: arrays, initial positions, location in the grid."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.errors import SolveError
 from cfmpm.kernels import location
 
-# Why points may lie outside the grid, and what helps.
-MOVED_OFF = "growth has moved the grid off them; make it finer there"
+# Cause and remedy for points outside the grid.
+MOVED_OFF = "growth has moved the grid away from them; refine it there"
 
 
 @dataclass(frozen=True)
 class MaterialPoints:
-    """Material points as a structure of arrays, one row a point: where and what they are.
+    """Material points as a structure of arrays, one row for each point.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class MaterialPoints:
     volume : (p,) float
         Volume per mm of thickness [mm^2].
     element : (p,) int
-        The triangle that holds the point.
+        Triangle that contains the point.
     material : (p,) int
         Row of the material table.
     """
@@ -60,7 +60,7 @@ class MaterialPoints:
         )
 
     def at_rest(self, n_internal: int = 0) -> DeformedPoints:
-        """Return these points without strain, with so many internal variables of value zero."""
+        """Return these points undeformed, with `n_internal` internal variables of value zero."""
         n = len(self)
         return self.deformed(
             np.zeros((n, 2, 2)), np.zeros((n, 3)), np.zeros(n), np.zeros((n, n_internal))
@@ -69,7 +69,7 @@ class MaterialPoints:
 
 @dataclass(frozen=True)
 class DeformedPoints(MaterialPoints):
-    """Material points with the state that a displacement of the grid gives them.
+    """Material points with their state at a displacement of the grid.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class DeformedPoints(MaterialPoints):
     energy : (p,) float
         Strain energy density [N mm/mm^3].
     internal_variables : (p, h) float
-        Of plastic materials at finite deformation, else h = 0.
+        Internal variables of plastic materials at finite deformation; else h = 0.
     """
 
     displacement_gradient: Floats
@@ -89,7 +89,7 @@ class DeformedPoints(MaterialPoints):
 
 
 def seed(grid: Grid) -> MaterialPoints:
-    """Fill a grid with material points.
+    """Create the material points of a grid.
 
     Parameters
     ----------
@@ -98,8 +98,8 @@ def seed(grid: Grid) -> MaterialPoints:
     Returns
     -------
     MaterialPoints
-        At the places of the element's rule. The areas of the points of a triangle add up to its
-        own.
+        At the points of the element's quadrature rule. The volumes of the points of a triangle add
+        up to its area.
     """
     element = grid.element
     corners = grid.nodes[grid.triangles]
@@ -114,7 +114,7 @@ def seed(grid: Grid) -> MaterialPoints:
 
 
 def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
-    """Find the triangle that holds each point.
+    """Find the triangle that contains each point.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
     position : (p, 2) float
         [mm].
     hints : (p,) int, optional
-        A triangle near each point, from which a walk over neighbours starts; the walk never
-        crosses a crack, and a point on a crack stays on the side of its hint.
+        A triangle near each point, from which a walk over neighbours starts. The walk never
+        crosses a crack; a point on a crack stays on the side of its hint.
 
     Returns
     -------
@@ -132,7 +132,7 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
 
     Notes
     -----
-    Stands in for the paper's search over all triangles (section 4.2, step 2).
+    It replaces the paper's search over all triangles (section 4.2, step 2).
     """
     position = np.ascontiguousarray(position, float)
     triangles = np.ascontiguousarray(grid.triangles)
@@ -166,14 +166,14 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
 
 
 def relocate(grid: Grid, points: MaterialPoints, reason: str = MOVED_OFF) -> Ints:
-    """Find the triangle that holds each material point, from the one that held it.
+    """Find the triangle that contains each material point, starting from the previous one.
 
     Parameters
     ----------
     grid : Grid
     points : MaterialPoints
     reason : str
-        Why points may lie outside, and what helps.
+        Cause and remedy for points outside the grid, for the error message.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def relocate(grid: Grid, points: MaterialPoints, reason: str = MOVED_OFF) -> Int
     Raises
     ------
     SolveError
-        Where points lie outside the grid: kernels would take -1 for its last triangle.
+        If points lie outside the grid; kernels would take -1 as its last triangle.
     """
     found = locate(grid, points.position, points.element)
     lost = np.flatnonzero(found == location.OUTSIDE)

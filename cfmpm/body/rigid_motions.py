@@ -1,4 +1,4 @@
-"""Rigid motions of a body and its parts: which the supports leave, and how they are held."""
+"""Rigid motions of a body and its parts that no support prevents, and how they are held."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.errors import Problem, SceneError
 from cfmpm.linear.solvers import rigid_body_modes
 
-# Loads are in equilibrium when their resultant is below this part of the sum of their moduli.
+# Loads are in equilibrium if their resultant is below this fraction of the sum of their norms.
 BALANCE = 1e-9
 
 
 class UnheldError(SceneError):
-    """A part of the body is free to move, and the loads drive it.
+    """Loads do work on a rigid motion of a part of the body that no support prevents.
 
     Attributes
     ----------
     centre : (2,) float
-        Of the nodes of that part [mm].
+        Mean position of the nodes of that part [mm].
     """
 
     def __init__(self, problems: list[Problem], centre: Floats) -> None:
@@ -32,12 +32,12 @@ class UnheldError(SceneError):
 def hold_rigid_motions(
     grid: Grid, prescribed: NDArray[np.bool_], force: Floats
 ) -> tuple[int, Ints]:
-    """Hold, in place, the motions of each connected part that nothing holds.
+    """Hold the rigid motions without support of each connected part; changes `prescribed`.
 
     Returns
     -------
     held : int
-        Their number.
+        Number of these motions.
     turning : (r, 2) int
         As in `Loading`.
     """
@@ -60,7 +60,7 @@ def hold_rigid_motions(
         number = np.arange(len(grid.nodes))[nodes]
         holds = []
         for _ in loose:
-            # Hold what moves most, and take from all others what that holds of them.
+            # Hold the component with the largest motion, and make the others orthogonal to it.
             chosen = int((motions**2).sum(axis=1).argmax())
             holds.append((number[chosen // 2], chosen % 2))
             prescribed[holds[-1]] = True
@@ -78,19 +78,20 @@ def hold_rigid_motions(
 
 
 def loose_motions(grid: Grid, prescribed: NDArray[np.bool_], node_area: Floats) -> Floats:
-    """Return the rigid motions of the whole body that nothing holds; see `Loading.loose`.
+    """Return the rigid motions of the whole body without support; see `Loading.loose`.
 
-    Of the whole body, so that taking them out leaves parts in contact where they are.
+    Only motions of the whole body are subtracted, so that parts in contact keep their relative
+    position.
     """
     modes, loose = _unheld_motions(grid.nodes, prescribed)
     motions = (loose @ modes.T).reshape(len(loose), *grid.nodes.shape)
-    motions[:, prescribed] = 0.0  # which they are, but for round-off
+    motions[:, prescribed] = 0.0  # zero up to round-off
     products = np.einsum("ank,bnk->ab", motions, node_area * motions)
     return np.einsum("ab,bnk->ank", np.linalg.inv(np.linalg.cholesky(products)), motions)
 
 
 def _unheld_motions(x: Floats, prescribed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """Rigid motions of nodes, and which sums of them move nothing that is prescribed.
+    """Rigid motions of nodes, and their combinations that are zero at prescribed components.
 
     Returns
     -------
@@ -105,7 +106,7 @@ def _unheld_motions(x: Floats, prescribed: NDArray[np.bool_]) -> tuple[Floats, F
 
 
 def _unheld(grid: Grid, nodes: Ints | slice, force: Floats) -> str:
-    """Say how the loads would move a part that is not held."""
+    """Describe the resultant of the loads on a part without sufficient support."""
     x = grid.nodes[nodes]
     total = force.sum(axis=0)
     centre = x.mean(axis=0)

@@ -1,4 +1,4 @@
-"""Linear springs on a grid besides its material: supports it moves past, and stabilisation."""
+"""Linear springs on a grid: supports in a fixed grid, and stabilisation."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from cfmpm.body.grid import Floats, Grid, Ints
 
 @dataclass(frozen=True)
 class Springs:
-    """Springs between nodes of a grid, and between nodes and places that move with the load.
+    """Springs between nodes of a grid, and between nodes and points of prescribed displacement.
 
     Attributes
     ----------
     matrix : (2 n, 2 n) csr_array
-        Their stiffness [N/mm^2: N/mm per mm of thickness], symmetric; rows in the order of the
-        displacement.
+        Stiffness of the springs [N/mm^2: N/mm per mm of thickness], symmetric; rows in the order
+        of the displacement.
     force : (n, 2) float
-        That resists where the displacement is zero [N/mm].
+        Resisting force at zero displacement [N/mm].
     pull : (n, 2) float
-        That acts per load factor [N/mm].
+        Force per load factor [N/mm].
     """
 
     matrix: csr_array
@@ -30,11 +30,11 @@ class Springs:
     pull: Floats
 
     def resistance(self, displacement: Floats) -> Floats:
-        """Return the force that resists a displacement, without that of the load, (n, 2)."""
+        """Return the resisting force at a displacement, without `pull` [N/mm], (n, 2)."""
         return self.force + (self.matrix @ displacement.ravel()).reshape(-1, 2)
 
     def stiffness(self, displacement: Floats) -> csr_array:
-        """Return the stiffness, which is the same at every displacement."""
+        """Return the stiffness, which does not depend on the displacement."""
         return self.matrix
 
 
@@ -47,23 +47,23 @@ def supports(
     displacement: Floats,
     target: Floats,
 ) -> Springs:
-    """Hold places in a grid by one component each.
+    """Springs that prescribe one displacement component at each of some points in a grid.
 
     Parameters
     ----------
     grid : Grid
     element : (k,) int
-        The triangle that each place moves with.
+        The triangle with which each point moves.
     position : (k, 2) float
         [mm].
     axis : (k,) int
         The component.
     stiffness : float
-        Of each spring [N/mm^2: N/mm per mm of thickness].
+        Stiffness of each spring [N/mm^2: N/mm per mm of thickness].
     displacement : (k,) float
-        That each place has come already [mm].
+        Displacement of each point so far [mm].
     target : (k,) float
-        Where it is to be, per load factor [mm].
+        Prescribed displacement per load factor [mm].
 
     Returns
     -------
@@ -83,16 +83,16 @@ def supports(
 
 
 def ghost(grid: Grid, fill: Floats, least: float, weight: float) -> Springs | None:
-    """Tie the gradients of neighbouring triangles together where one holds little material.
+    """Ghost penalty on the jump of the gradient between triangles, one of them with small fill.
 
     Parameters
     ----------
     grid : Grid
-        Of three-node triangles.
+        With three-node triangles.
     fill : (m,) float
-        Part of each triangle that holds material.
+        Filled fraction of each triangle.
     least : float
-        Below which a triangle holds little.
+        Fraction below which a triangle is stabilised.
     weight : float
         Energy per squared jump of the gradient and squared side: gamma E [MPa].
 
@@ -100,8 +100,8 @@ def ghost(grid: Grid, fill: Floats, least: float, weight: float) -> Springs | No
     -------
     Springs or None
         With the energy gamma E h^2 [grad du . n]^2 / 2 of each side of length h between two
-        triangles that both hold material (Burman 2010); None where there is no such side. Sides on
-        crack faces have a triangle on one side only.
+        triangles with material (Burman 2010); None if there is no such side. Sides on crack faces
+        have a triangle on one side only.
     """
     element, side = np.nonzero(grid.twins >= 0)
     other = grid.twins[element, side] // 3

@@ -1,4 +1,4 @@
-"""Domains around a crack tip: how large they may be, and which radii are taken."""
+"""Domains around a crack tip: clearance, and choice of the radii."""
 
 from __future__ import annotations
 
@@ -10,52 +10,52 @@ import numpy as np
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
 from cfmpm.errors import Problem, SceneError
 
-# Part of the clearance of a tip that a domain may fill: the nodes on what lies there stay out.
+# Largest domain radius as a fraction of the clearance, so that no node of an obstacle is inside.
 FILL = 0.9
-# Radii chosen by the program reach to this many element sizes at the tip, and on grids graded
-# beyond that to this part of the clearance: the T-stress, smaller than the singular stress by
-# sqrt(r), loses its digits closer to the tip.
+# Default of the largest radius: this many element sizes at the tip or, on more strongly graded
+# grids, this fraction of the clearance. The T-stress, smaller than the singular stress by sqrt(r),
+# is inaccurate closer to the tip.
 REACH = 20.0
 SHARE = 0.25
-# Around a running tip: below 2.5 sizes the fields are those of the tip elements, above 5 the bends
-# of the crack count (design study, 5.2 to 5.5).
+# Default around a growing tip [element sizes]: below 2.5 the fields are those of the tip elements,
+# above 5 kinks of the crack have an effect (design study, 5.2 to 5.5).
 REACH_GROWING = 5.0
-# A domain of fewer element sizes than this holds little but the tip elements, whose fields are
-# wrong by a tenth and more.
+# A domain with a smaller radius [element sizes] contains mainly the tip elements, whose fields are
+# in error by a tenth and more.
 RESOLVED = 4.0
-# A running tip whose domain has fewer than these keeps its direction. In front of the free edge of
-# section 5.2 the error of the direction is the same from 5 elements down to 2.1 (T3 1.4, T6 0.4 deg
-# at most, on four grids); from 1.6 on it doubles with each segment, to 2 and then 23 deg.
+# A growing tip whose domain is smaller [element sizes] keeps its direction. In front of the free
+# edge of section 5.2 the error of the direction is the same from 5 elements down to 2.1 (T3 1.4,
+# T6 0.4 deg at most, on four grids). Below 1.6 it doubles with each segment, to 2 and then 23 deg.
 STEERABLE = 2.0
-# Cosine of the angle from the tangent within which what is nearest lies ahead.
+# Cosine of the angle to the tangent within which the nearest obstacle lies ahead.
 AHEAD = np.sqrt(0.5)
-# A bend of the crack by more than this [rad] counts as a corner.
+# A kink of the crack by more than this [rad] is sharp.
 SHARP = np.radians(20.0)
 
 
 @dataclass(frozen=True)
 class TipDomain:
-    """The radii around one tip.
+    """The domains around one tip.
 
     Attributes
     ----------
     radii : tuple of float
-        Ascending as asked for or chosen [mm].
+        Radii, as requested or chosen [mm].
     clearance : float
-        Distance from the tip to the nearest thing that a domain must not hold [mm].
+        Distance from the tip to the nearest object that a domain must not contain [mm].
     cut_back : bool
-        Whether a radius that was asked for was made smaller.
+        Whether requested radii were reduced.
     growing : bool
-        Whether the tip runs.
+        Whether the crack grows in this run.
     elements : float
-        How many the largest radius reaches over.
+        The largest radius in element sizes at the tip.
     since_bend : float
-        How many elements the nearest sharp bend of the crack is away.
+        Distance to the nearest sharp kink of the crack in element sizes.
     on_border : bool
-        Whether a running tip lies on the border of two materials. Its field there is not that of
-        K_I and K_II.
+        Whether a growing tip lies on the interface of two materials. Its field there is not that
+        of K_I and K_II.
     runs_at : bool
-        Whether what is nearest lies ahead, within 45 degrees.
+        Whether the nearest object lies ahead, within 45 degrees.
     """
 
     radii: tuple[float, ...]
@@ -69,10 +69,10 @@ class TipDomain:
 
     @property
     def steers(self) -> bool:
-        """Whether the domain can tell where a running tip turns to.
+        """Whether the direction of growth of a tip is taken from the domain.
 
-        A tip that passes something close by is turned by what the domain says even so: that it
-        bends towards a hole is coarse then, but true.
+        It is also taken at a tip that passes close to an object, as a hole: the deflection is then
+        inaccurate, but real.
         """
         if self.on_border or self.since_bend < STEERABLE:
             return False
@@ -89,22 +89,22 @@ def choose_domains(
     grid : Grid
     tip : CrackTip
     wanted : int or sequence of float
-        How many radii are to be chosen, or the radii themselves [mm].
+        Number of radii to choose, or the radii [mm].
     growing : bool
-        Whether the tip runs: its domain then follows a curved crack, and may hold bends of it.
+        Whether the crack grows: the domain may then contain kinks of its own crack.
 
     Returns
     -------
     TipDomain
-        Chosen radii end at 20 element sizes of the tip or a quarter of the clearance, whichever
-        is larger, but at most at 0.9 of the clearance; they start at half of that. Radii asked
-        for are cut back, all by one factor, to 0.9 of the clearance. Around a running tip they
-        end at 5 element sizes, as far as one direction of the crack makes sense.
+        The largest chosen radius is 20 element sizes at the tip or a quarter of the clearance,
+        whichever is larger, but at most 0.9 of the clearance; the smallest is half of it. Requested
+        radii are reduced by a common factor to at most 0.9 of the clearance. Around a growing tip
+        the largest chosen radius is 5 element sizes, within which the crack is nearly straight.
 
     Raises
     ------
     SceneError
-        Where a tip that does not run lies on the border of another material.
+        If a stationary tip lies on the interface to another material.
     """
     way = _to_obstacle(grid, tip, growing=growing)
     clearance = float(np.hypot(*way))
@@ -134,13 +134,13 @@ def _fractions(count: int) -> Floats:
 
 
 def _to_obstacle(grid: Grid, tip: CrackTip, *, growing: bool) -> Floats:
-    """Vector from a tip to the nearest of what limits its clearance [mm], (2,).
+    """Vector from a tip to the nearest object that limits its clearance [mm], (2,).
 
-    That is the outline, a hole, another crack, a bend or the other end of its own crack, the
-    border of another material, and a point at which a force or a support acts.
+    Objects are the outline, holes, other cracks, a kink or the other end of its own crack, the
+    interface to another material, and points of forces and supports.
     """
     x = grid.nodes[tip.node]
-    # A growing crack bends all the time: what counts is the other end of its line.
+    # A growing crack has many kinks: only the other end of its line limits the clearance.
     ways = [tip.path[-1] - x if growing else -tip.straight * tip.tangent, _to_own_flank(tip)]
     obstacles = [edges[:, :2] for edges in grid.edges.values()]
     for name, faces in grid.crack_faces.items():
@@ -150,11 +150,11 @@ def _to_obstacle(grid: Grid, tip: CrackTip, *, growing: bool) -> Floats:
     meeting = (borders == tip.node).any()
     if meeting and not growing:
         reason = (
-            f"the tip {tip.name} lies on the border of another material, where its field is "
-            "not that of K_I and K_II, which cfmpm knows; end the crack off the border"
+            f"the tip {tip.name} lies on the interface to another material, where its field is "
+            "not that of K_I and K_II, and which is not supported; end the crack off the interface"
         )
         raise SceneError([Problem(reason, "geometry.cracks")])
-    # A crack that crosses a border ends on it for one increment, and sees both materials.
+    # A crack that crosses an interface ends on it for one increment; its domain has both materials.
     if not meeting:
         obstacles.append(borders)
     ways += [_to_segments(x, grid.nodes[edges]) for edges in obstacles if len(edges)]
@@ -165,7 +165,7 @@ def _to_obstacle(grid: Grid, tip: CrackTip, *, growing: bool) -> Floats:
 
 
 def _borders(grid: Grid) -> Ints:
-    """Node pairs on the borders of materials, (k, 2)."""
+    """Node pairs on material interfaces, (k, 2)."""
     if len(grid.region_names) == 1:
         return np.empty((0, 2), np.int64)
     element, side = np.nonzero(grid.twins >= 0)
@@ -175,10 +175,10 @@ def _borders(grid: Grid) -> Ints:
 
 
 def sharp_bend(tip: CrackTip) -> float:
-    """Return the distance from a tip to the nearest sharp bend of its crack [mm], or infinity.
+    """Return the distance from a tip to the nearest sharp kink of its crack [mm], or infinity.
 
-    The fields are singular there, and unless the grid is graded towards it too the energy that the
-    faces beside it let out of a ring is not known.
+    The fields are singular there. Unless the grid is graded towards the kink too, the flux through
+    the adjacent crack faces is not accurate.
     """
     heading = -np.diff(tip.path, axis=0)
     ahead, behind = heading[:-1], heading[1:]
@@ -189,11 +189,11 @@ def sharp_bend(tip: CrackTip) -> float:
 
 
 def _to_own_flank(tip: CrackTip) -> Floats:
-    """Vector from a tip to a part of its own crack that comes back to it; else infinite, (2,)."""
+    """Vector from a tip to a part of its own crack that returns to it; else infinite, (2,)."""
     away = tip.path - tip.path[0]
     distance = np.hypot(*away.T)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(away, axis=0).T))])
-    # What is twice as far by the crack as it is straight across lies on another flank.
+    # Such a part is more than twice as far along the crack as in a straight line.
     back = np.flatnonzero(along > 2.0 * distance * (1.0 + 1e-9))
     if back.size == 0:
         return np.full(2, np.inf)

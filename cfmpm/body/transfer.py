@@ -1,4 +1,4 @@
-"""Carrying the motion of a body over to the grid that growth has changed."""
+"""Transfer of the displacement to a grid that was changed by growth."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from cfmpm.body.grid import Floats, Grid
 from cfmpm.body.points import locate
 from cfmpm.kernels import location
 
-# How far from a node, towards the middle of a triangle that it belongs to, the old grid is asked:
-# the faces of a crack lie on each other, those of the triangle do not.
+# Offset of the point of evaluation from a node towards the centroid of one of its triangles, as a
+# fraction of their distance: crack faces coincide, but such points do not.
 INSIDE = 1e-6
 
 
@@ -19,21 +19,21 @@ def interpolate_displacement(old: Grid, displacement: Floats, new: Grid) -> Floa
     Parameters
     ----------
     old, new : Grid
-        Of the same body; the new one has longer cracks, and nodes elsewhere.
+        Grids of the same body; the new one has longer cracks, and moved and new nodes.
     displacement : (n, 2) float
-        Of the nodes of the old grid [mm].
+        Displacement of the nodes of the old grid [mm].
 
     Returns
     -------
     (m, 2) float
-        Of the nodes of the new one [mm]; a face that has just opened is still closed.
+        Displacement of the nodes of the new grid [mm]; newly released faces are closed.
     """
     element = np.empty(len(new.nodes), np.int64)
     element[new.elements] = np.arange(len(new.elements))[:, None]
     middle = new.nodes[new.triangles].mean(axis=1)[element]
     place = new.nodes + INSIDE * (middle - new.nodes)
     found = locate(old, place)
-    # Next to an arc the new grid may cut a corner that the old one did not reach.
+    # Along an arc the new grid may cover a small area outside the old one.
     lost = found == location.OUTSIDE
     if lost.any():
         found[lost] = locate(old, middle[lost])

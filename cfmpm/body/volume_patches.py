@@ -1,8 +1,8 @@
-"""Patches of triangles that share one mean change of volume, for nearly incompressible bodies.
+"""Patches of triangles with a common mean volume change, for nearly incompressible materials.
 
-T3 with one point a triangle has as many constraints as degrees of freedom and locks; pairs of
-triangles have half as many (de Souza Neto, Pires and Owen 2005). T6 averages over the points of
-each triangle, which is the stable P2-P0 element (Boffi, Brezzi and Fortin 2013, section 8.4).
+T3 with one point per triangle has as many constraints as degrees of freedom and locks; with pairs
+of triangles it has half as many (de Souza Neto, Pires and Owen 2005). T6 averages over the points
+of each triangle, which is the stable P2-P0 element (Boffi, Brezzi and Fortin 2013, section 8.4).
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from cfmpm.kernels import patches as kernels
 
 @dataclass(frozen=True)
 class Patches:
-    """Patches of the triangles of a grid, each triangle in one.
+    """Patches of the triangles of a grid; each triangle is in one patch.
 
     Attributes
     ----------
     of_triangle : (m,) int
         Patch of each triangle; that of a point is the patch of its triangle.
     nodes : (n_patches, w) int
-        Nodes of each patch, the last one repeated where there are fewer than w: the elements of
-        the pattern of the stiffness.
+        Nodes of each patch, with the last one repeated if there are fewer than w. These are the
+        elements of the sparsity pattern of the stiffness.
     """
 
     of_triangle: Ints
@@ -34,7 +34,7 @@ class Patches:
 
 
 def build_patches(grid: Grid) -> Patches:
-    """Join triangles in pairs where a single one locks, or else leave each alone.
+    """Join triangles in pairs if single ones lock; else each triangle is a patch.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def build_patches(grid: Grid) -> Patches:
     Returns
     -------
     Patches
-        Never across a crack or the border of a region.
+        Never across a crack or an interface of regions.
     """
     if not grid.element.locks:
         return Patches(np.arange(len(grid.elements)), grid.elements)
@@ -59,5 +59,5 @@ def build_patches(grid: Grid) -> Patches:
 
 
 def patch_of(patches: Patches | None, points: MaterialPoints) -> Ints:
-    """Return the patch of each point, (p,); empty where there are none."""
+    """Return the patch of each point, (p,); empty without patches."""
     return np.empty(0, np.int64) if patches is None else patches.of_triangle[points.element]

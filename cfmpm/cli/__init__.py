@@ -1,7 +1,7 @@
 """The command line: run, resume, check, plot, export, study, schema.
 
-All that is heavy (numba, gmsh, xarray, matplotlib) is imported within the commands, so that
-``cfmpm --help`` answers at once and a run without pictures never loads matplotlib.
+Large packages (numba, gmsh, xarray, matplotlib) are imported within the commands, so that
+``cfmpm --help`` is fast and a run without figures does not load matplotlib.
 """
 
 from __future__ import annotations

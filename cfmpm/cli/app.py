@@ -1,4 +1,4 @@
-"""The command line as a whole: its errors, options that commands share, and what they show."""
+"""Common parts of the commands: errors, options, log."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 WRONG_INPUT, FAILED, INTERRUPTED = 2, 1, 130
-# So many take about ten seconds to make.
+# This number takes about ten seconds to mesh.
 MANY_TRIANGLES = 1e5
 
 
@@ -44,7 +44,7 @@ class _Commands(TyperGroup):
             place = f" {error.filename}" if error.filename else ""
             fail(f"cfmpm: cannot write{place}: {error.strerror or error}", FAILED)
         except MemoryError:
-            fail("cfmpm: not enough memory; take a larger mesh.size, or solver: amg", FAILED)
+            fail("cfmpm: not enough memory; use a larger mesh.size, or solver: amg", FAILED)
         except KeyboardInterrupt:
             fail("cfmpm: interrupted", INTERRUPTED)
 
@@ -70,7 +70,7 @@ Output = Annotated[
 ]
 
 Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="take the place of a run that could still go on")
+    bool, typer.Option("--overwrite", help="replace an interrupted run that could be resumed")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print errors only")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="log each phase")]
@@ -100,7 +100,7 @@ def fail(message: str, status: int) -> NoReturn:
 
 
 def read_overrides(texts: list[str] | None) -> dict[str, Any]:
-    """Values by key, each given once; all that is wrong with the texts is reported at once."""
+    """Values by key, each given once; all errors in the texts are reported together."""
     from cfmpm.scene import parse_override
 
     values: dict[str, Any] = {}
@@ -121,7 +121,7 @@ def read_overrides(texts: list[str] | None) -> dict[str, Any]:
 
 @contextmanager
 def log_shown(wanted: bool) -> Iterator[None]:
-    """Show what the package logs on stderr, as long as the ``with`` block runs."""
+    """Show the log of the package on stderr within a ``with`` block."""
     if not wanted:
         yield
         return
@@ -138,7 +138,7 @@ def log_shown(wanted: bool) -> Iterator[None]:
 
 @contextmanager
 def problems_placed(scene: Scene, scene_file: Path, overrides: dict[str, Any]) -> Iterator[None]:
-    """Give problems that turn up on the grid their line in the scene file."""
+    """Add the line in the scene file to problems that are found on the grid."""
     from cfmpm.scene import placed
 
     try:
@@ -148,13 +148,13 @@ def problems_placed(scene: Scene, scene_file: Path, overrides: dict[str, Any]) -
 
 
 def announce_size(scene: Scene) -> None:
-    """Say how many triangles are coming, where they take their time."""
+    """Announce the number of triangles if meshing takes a while."""
     from cfmpm.meshing import expected_triangles
 
     expected = expected_triangles(scene)
     if expected is not None and expected > MANY_TRIANGLES:
         typer.echo(
-            f"about {expected:.2g} triangles are being made, which takes a while; a larger "
-            "mesh.size makes fewer",
+            f"meshing about {expected:.2g} triangles, which takes a while; a larger mesh.size "
+            "gives fewer",
             err=True,
         )

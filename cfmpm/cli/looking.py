@@ -1,4 +1,4 @@
-"""The commands that look: check, plot, export, schema."""
+"""The commands that solve nothing new: check, plot, export, schema."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 
 
 class Format(StrEnum):
-    """What results can be written as."""
+    """Formats for the export of results."""
 
     vtu = "vtu"
 
 
 class Kind(StrEnum):
-    """What files describe."""
+    """Kinds of input files."""
 
     scene = "scene"
     study = "study"
@@ -49,7 +49,7 @@ class Kind(StrEnum):
 
 @app.command(short_help="Mesh, load and draw a scene without solving it.")
 def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) -> None:
-    """Mesh a scene, apply its loads, say what a run would do, and draw it; solve nothing.
+    """Mesh a scene, apply its loads, describe what a run would do, and draw it; solve nothing.
 
     Example: cfmpm check configs/examples/general.yaml --output /tmp/look
     """
@@ -86,12 +86,12 @@ def plot(
     """Draw a result: scene.png, deformed.png, and for each tip mesh_<tip>.png, cf_<tip>.png.
 
     With several domain radii also radii_<tip>.png; with steps at several loads
-    force_<part>_<axis>.png, and steps_<tip>.png or, of growth, load.png. Of growth besides
-    paths.png, cf.png, factors.png, angles.png, energy.png; of fatigue cycles.png; and, with
+    force_<part>_<axis>.png, and steps_<tip>.png or, for growth, load.png. For growth also
+    paths.png, cf.png, factors.png, angles.png, energy.png; for fatigue cycles.png; and, with
     output.every, growth.gif.
 
-    Without fields.nc the scene is solved again, from the configuration stored in history.nc; where
-    cracks grew, deformed.png and cf_<tip>.png are then left out.
+    Without fields.nc the scene is solved again, from the configuration stored in history.nc; for
+    growth, deformed.png and cf_<tip>.png are then omitted.
 
     Example: cfmpm plot results/single_edge_crack
     """
@@ -119,7 +119,7 @@ def plot(
         with suppress(SceneError):  # the film names the reason
             fields = fields_of_last_step(source.parent, history)
     if fields is None and scene.growth is None:
-        typer.echo(f"no fields of this run: solving {scene.name} again", err=True)
+        typer.echo(f"this run has no fields: solving {scene.name} again", err=True)
         solved = simulation.run(scene, log_phase)
         fields, state = build_fields(solved), solved.body
     else:
@@ -133,10 +133,10 @@ def plot(
         if by_step:
             try:
                 written.append(animate_growth(source.parent, folder / "growth.gif"))
-            except SceneError as error:  # the other pictures are none the worse
+            except SceneError as error:  # the other figures do not depend on it
                 typer.echo(f"no film: {error}", err=True)
     if fields is None:
-        typer.echo("no fields of the last step: output.fields: true keeps them", err=True)
+        typer.echo("no fields of the last step; output.fields: true writes them", err=True)
     else:
         written.append(files.save_deformed(folder, fields))
         written += files.save_tip_forces(folder, fields, history)
@@ -171,7 +171,7 @@ def export(
 
 @app.command()
 def schema(
-    kind: Annotated[Kind, typer.Argument(help="which files are described")] = Kind.scene,
+    kind: Annotated[Kind, typer.Argument(help="kind of file")] = Kind.scene,
 ) -> None:
     """Print the JSON schema of scene or study files, for editors.
 

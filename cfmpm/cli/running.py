@@ -48,13 +48,12 @@ def run(
 ) -> None:
     """Solve a scene; write history.nc, and fields if the scene asks for output.
 
-    While cracks grow, the history so far and a checkpoint are written after the first step, from
-    then on as often as that takes little of the time, and when the run breaks off; `cfmpm resume`
-    goes on from there.
+    A run with several steps writes the history so far and a checkpoint after the first step, then
+    at intervals such that this takes little of the run time, and when it is interrupted; `cfmpm
+    resume` continues from there.
 
-    As soon as it has its first step, a new run takes the place of one that has ended in the same
-    folder, with all that was drawn and exported there by default. It does not take the place of one
-    that could still go on.
+    After its first step a new run replaces a finished run in the same folder, including the figures
+    and exports that are there by default. It does not replace a run that could be resumed.
 
     Example: cfmpm run configs/paper/single_edge_crack.yaml --set mesh.size=10
     """
@@ -74,18 +73,18 @@ def run(
         _solve(scene, folder, None, quiet=quiet, verbose=verbose)
 
 
-@app.command(short_help="Go on with a run that was broken off.")
+@app.command(short_help="Resume a run that was interrupted.")
 def resume(
     result: Annotated[Path, typer.Argument(metavar="DIR", help="folder of the run")],
     scene_file: Annotated[
         Path | None,
-        typer.Argument(metavar="[SCENE.yaml]", help="the scene, to make sure that it is the same"),
+        typer.Argument(metavar="[SCENE.yaml]", help="the scene, to check that it is the same"),
     ] = None,
     set_: Overrides = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Go on with a run that was broken off: the end is that of a run in one go, bit by bit.
+    """Resume a run that was interrupted; results equal those of an uninterrupted run bit by bit.
 
     Example: cfmpm resume results/plate_with_holes
     """
@@ -110,15 +109,15 @@ def resume(
         if scene_file is not None or overrides:
             _require_same_scene(result, history.cfmpm.scene, scene_file, overrides)
         if history.attrs["run_status"] == UNFINISHED:
-            reason = "is not there: nothing to go on from; run the scene again"
+            reason = "is missing, so that the run cannot be resumed; run the scene again"
             raise SceneError([Problem(reason, file=str(checkpoint))])
-        typer.echo(f"{result}: nothing to do, the run has ended; {history.attrs['ending']}")
+        typer.echo(f"{result}: nothing to do, the run is finished; {history.attrs['ending']}")
 
 
 def _require_same_scene(
     folder: Path, scene: Scene, scene_file: Path | None, overrides: dict[str, Any]
 ) -> None:
-    """Refuse to go on with another scene than that of the run, which a run would have to begin."""
+    """SceneError if a scene is not that of the run to be resumed."""
     from cfmpm.scene import changed_keys, effective_config, load_scene, scene_from_dict
 
     if scene_file is not None:
@@ -134,11 +133,12 @@ def _require_same_scene(
 
 
 def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verbose: bool) -> None:
-    """Solve a scene from its beginning or a later start, and write and say what was found."""
+    """Solve a scene from its first step or a checkpoint; write the result and print its summary."""
     from cfmpm import simulation
-    from cfmpm.output import summary, warnings
+    from cfmpm.output import summary
     from cfmpm.output.run_folder import HISTORY
     from cfmpm.output.run_writer import RunWriter
+    from cfmpm.output.warnings.of_scene import ways_on
 
     writer = RunWriter(folder, start)
     with (
@@ -158,30 +158,30 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
             writer.write(str(error) or "interrupted")
             if writer.steps:
                 typer.echo(
-                    f"{folder / HISTORY} holds {writer.steps} steps; cfmpm resume {folder} goes on "
+                    f"{folder / HISTORY} has {writer.steps} steps; cfmpm resume {folder} continues "
                     "from there",
                     err=True,
                 )
             elif start is None:
-                typer.echo(f"no step was found; {folder} is as it was before this run", err=True)
+                typer.echo(f"no step was solved; {folder} is unchanged", err=True)
             raise
     if not quiet:
         typer.echo(summary.of_run(result, written))
     status, ending = (str(result.history.attrs[name]) for name in ("run_status", "ending"))
     if status == "unsolvable":
-        raise SolveError(f"{ending}. What was found before is in {folder / HISTORY}")
+        raise SolveError(f"{ending}. The steps before are in {folder / HISTORY}")
     if status == "unstable":
         raise SolveError(
             f"{ending}. The last stable state is in {folder / HISTORY}. "
-            + " ".join(warnings.ways_on(scene, result.balance))
+            + " ".join(ways_on(scene, result.balance))
         )
 
 
 @contextmanager
 def _progress(scene: Scene, *, visible: bool) -> Iterator[tuple[Announce, Observe]]:
-    """Functions that show each phase as it begins and each state as it is found.
+    """Functions that show each phase when it begins and each state when it is solved.
 
-    On a terminal as a bar, which for growth counts increments and has no end; else in the log.
+    A terminal shows a progress bar, for growth a count of increments; otherwise they are logged.
     """
     if not (visible and sys.stderr.isatty()):
         yield log_phase, _log_step
@@ -216,7 +216,7 @@ def _log_step(state: State, record: Record) -> None:
 
 
 def _step_text(record: Record) -> str:
-    """The last step in a few words."""
+    """A short description of the last step."""
     step = record.steps[-1]
     lengths = " and ".join(
         f"{length:.5g}" for length in dict.fromkeys(step.values["crack_length"].tolist())

@@ -1,4 +1,4 @@
-"""The command for parameter studies."""
+"""The command study: parameter studies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     Announce = Callable[[str], None]
     Observe = Callable[[State, Record], None]
 
-# Seconds between two lines that tell how far a study has come, where there is no terminal.
+# Seconds between two lines on the progress of a study, without a terminal.
 LOGGED_EVERY = 10.0
 
 
@@ -49,9 +49,9 @@ def study(
 ) -> None:
     """Solve a scene for many values of its keys; write one dataset, study.nc.
 
-    Nothing runs before the scene of every member has been checked. Members that fail, or become
-    unstable, are marked in the dataset. What has been solved is kept in the folder members and not
-    solved again, after a kill, too: the same command goes on.
+    The scenes of all members are checked before any is solved. Members that fail, or become
+    unstable, are marked in the dataset. Solved members are kept in the folder members and are not
+    solved again: after an interruption the same command continues the study.
 
     Example: cfmpm study configs/studies/crack_length.yaml
     """
@@ -84,18 +84,18 @@ def study(
                 run_members(plan.members, outcomes, store, workers or usable_cores(), count)
         except KeyboardInterrupt:
             kept = f"{len(outcomes)} of {len(keys)} members are kept"
-            typer.echo(f"{kept}; the same command goes on", err=True)
+            typer.echo(f"{kept}; the same command continues the study", err=True)
             raise
         write_dataset(collect(plan, outcomes), folder / DATASET)
     if not quiet:
         typer.echo(summary.of_study(plan, outcomes, known, folder / DATASET))
     if not any(one.status == "done" for one in outcomes.values()):
-        fail(f"cfmpm: no member of {plan.study.name} came to its end", FAILED)
+        fail(f"cfmpm: no member of {plan.study.name} was completed", FAILED)
 
 
 @contextmanager
 def _counted(total: int, known: int, *, visible: bool) -> Iterator[Callable[[Outcome], None]]:
-    """A function that counts members as they come; on a terminal as a bar, else in the log."""
+    """A function that counts finished members, in a progress bar on a terminal, else in the log."""
     if not (visible and sys.stderr.isatty()):
         found, due = known, time.monotonic() + LOGGED_EVERY
 

@@ -1,4 +1,4 @@
-"""The state of balance, and what round-off leaves of it."""
+"""States of equilibrium, and their unbalanced force by round-off."""
 
 from __future__ import annotations
 
@@ -16,49 +16,52 @@ RESIDUAL_AT_FLOOR = 1e-3
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """The state of balance of a load step.
+    """The state of equilibrium of a load step.
 
     Attributes
     ----------
     points : DeformedPoints
-        What was summed over.
+        The quadrature points.
     displacement : (n, 2) float
         [mm].
     internal_force : (n, 2) float
         [N/mm].
     contact_force : (n, 2) float
-        That crack faces exert on each other [N/mm].
+        Contact forces of the crack faces [N/mm].
     contact_pairs : int
-        Number of pairs of nodes on crack faces that are closed.
+        Number of closed pairs of nodes on crack faces.
     residual_norm : float
         Largest unbalanced force over the largest nodal force, before or after the solve.
     residual_floor : float
-        What round-off explains of it; 0 where the residual is too small to ask.
+        Part of it that is explained by round-off; 0 where the residual is within the tolerance.
     solver : str
     n_unknowns : int
     iterations : int
-        Of an iterative linear solver; 0 for a direct one.
+        Iterations of an iterative linear solver; 0 for a direct one.
     load_factor : float
-        At which all this holds.
+        Load factor of this state.
     finite : bool
-        Whether by finite deformation.
+        Whether at finite deformation.
     parts : Parts or None
-        Of small strain under loads that are not all proportional to the load factor.
+        Fixed and proportional part, at small strain if some loads are fixed.
     finite_effect : float
-        Part of the energy that finite deformation would change, where it was left out: at
-        `load_factor`, of first order in the load; nan where nobody asked.
+        Estimated relative change of the energy by finite deformation, if neglected: at
+        `load_factor`, of first order in the load; nan where not evaluated.
     external_work : float
-        That finite deformation has taken so far [N]; nan where results grow with the load.
+        External work so far at finite deformation [N]; nan at small strain.
     newton_iterations, substeps : int
-        At finite deformation, so far.
+        Newton iterations and load steps so far, at finite deformation.
     residuals : tuple of float
-        Of each iteration of the last step, relative as `residual_norm`.
+        `residual_norm` of each iteration of the last step.
     unstable_points : float
         Points that have lost ellipticity; nan at small strain.
     unstable_from : float
-        Load factor at which the first one had; nan where none has.
+        Load factor at which the first point was found to have lost ellipticity; nan if none has.
     stopped : str
-        Why finite deformation went no further; empty where it did.
+        Why no further stable state was found; empty if one was.
+    is_last : bool
+        With `stopped`: whether no stable state follows. Otherwise one may follow that cannot be
+        computed.
     """
 
     points: DeformedPoints
@@ -82,32 +85,33 @@ class Equilibrium:
     unstable_points: float = math.nan
     unstable_from: float = math.nan
     stopped: str = ""
+    is_last: bool = True
 
     @property
     def proportional(self) -> bool:
-        """Whether stresses grow in proportion to the load factor; else they hold at one only."""
+        """Whether stresses are proportional to the load factor; else they hold at one only."""
         return not self.finite and self.parts is None
 
     def scale(self, load_factor: float) -> float:
-        """Return what its stresses are to be multiplied with to be those of a load factor."""
+        """Return the factor from the stresses of this state to those at a load factor."""
         return load_factor / self.load_factor if self.proportional else 1.0
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What a linear state is the sum of, where no crack faces press on each other.
+    """Parts of a linear state under fixed and proportional loads, without contact of crack faces.
 
-    Faces are free to overlap here. At any load factor the state is `fixed` plus the factor times
-    `proportional`.
+    Crack faces may overlap in these states. The state at any load factor is `fixed` plus the
+    factor times `proportional`.
 
     Attributes
     ----------
     fixed : Equilibrium
-        Of the fixed loads alone.
+        Under the fixed loads alone.
     proportional : Equilibrium
-        Of the proportional loads alone, at load factor one.
+        Under the proportional loads alone, at load factor one.
     both : Equilibrium
-        Of all loads, at a load factor at which both are felt.
+        Under all loads, at a load factor at which both parts are of similar size.
     """
 
     fixed: Equilibrium
@@ -116,20 +120,20 @@ class Parts:
 
 
 def round_off(stiffness: csr_array, displacement: Floats, scale: float) -> float:
-    """Return the unbalanced force that round-off explains, relative to a nodal force.
+    """Return the unbalanced force that is explained by round-off, relative to a nodal force.
 
     Parameters
     ----------
     stiffness : (n, n) csr_array
     displacement : (n,) float
-        Of the free degrees of freedom [mm].
+        Displacement of the free degrees of freedom [mm].
     scale : float
         The nodal force [N/mm].
 
     Returns
     -------
     float
-        eps |K| |u|, times as many terms as a row has to add up their round-off.
+        eps |K| |u|, times the number of terms in a row (32), over `scale`.
     """
     bound = abs(stiffness) @ np.abs(displacement)
     return float(32.0 * np.finfo(float).eps * bound.max(initial=0.0) / scale)

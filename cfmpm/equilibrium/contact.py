@@ -1,4 +1,4 @@
-"""Unilateral contact of crack faces without friction."""
+"""Frictionless unilateral contact of crack faces."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from cfmpm.errors import SolveError
 from cfmpm.linear.engine import NotPositiveDefiniteError
 from cfmpm.linear.solvers import Factor, Solution
 
-# Overlap, relative to the largest displacement, below which faces only touch.
+# Overlap, relative to the largest displacement, that is round-off.
 TOUCH = 1e-10
-# Rounds in which all wrong pairs change places without there being fewer of them, before they
-# change one at a time; and rounds altogether.
+# Block pivots without a decrease of the number of infeasible pairs before single pivots are done,
+# and the largest number of pivoting steps.
 PATIENCE = 5
 ROUNDS = 200
-# Part of a diagonal entry below which the pivot that is left of it is round-off.
+# A pivot below this fraction of its diagonal entry is round-off.
 NOISE = 1e-15
 
 
 class Solver(Protocol):
-    """What a stiffness can be solved by."""
+    """A solver of linear systems with the stiffness."""
 
     def solve(self, b: Floats, /) -> Solution:
         """Solve for the free components."""
@@ -36,16 +36,16 @@ class Solver(Protocol):
 
 @dataclass(frozen=True)
 class Contact:
-    """What the faces of cracks do to each other.
+    """Solution of a contact problem.
 
     Attributes
     ----------
     displacement : (n, 2) float
-        Of the nodes, with the faces kept apart [mm].
+        Displacement of the nodes, without overlap of crack faces [mm].
     force : (n, 2) float
-        That the faces exert on each other, at their nodes [N/mm].
+        Contact forces at the nodes [N/mm].
     pressed : (k,) float
-        Of each pair of nodes along its normal [N/mm].
+        Contact force of each pair of nodes along its normal [N/mm].
     """
 
     displacement: Floats
@@ -54,27 +54,27 @@ class Contact:
 
     @property
     def pairs(self) -> int:
-        """Number of pairs of nodes that are closed."""
+        """Number of closed pairs of nodes."""
         return int(np.count_nonzero(self.pressed))
 
 
 @dataclass(frozen=True)
 class Faces:
-    """The faces of all cracks in a shape of the body.
+    """The faces of all cracks in a deformed shape of the body.
 
     Attributes
     ----------
     pairs : FacePairs
-        But for those whose opening the supports prescribe.
+        Without pairs whose opening is prescribed by supports.
     shape : (n, 2) float
         Displacement of the nodes [mm].
     opening : (k,) float
-        In that shape [mm].
+        Openings in that shape [mm].
     push : (2 n, k) csc_array
-        Derivative of the openings by the displacement: what unit forces of the pairs do to the
-        nodes. As the normals turn with the edges, it has no moment even where faces have slid.
+        Derivative of the openings by the displacement, which is the nodal force by a unit force of
+        each pair. As the normals turn with the edges, it has no moment even after sliding.
     turnings : tuple of (slice, Turning)
-        The pairs of each crack, and how it turns; none at small strain.
+        The pairs of each crack and its rotation; empty at small strain.
     """
 
     pairs: FacePairs
@@ -84,28 +84,28 @@ class Faces:
     turnings: tuple[tuple[slice, Turning], ...] = ()
 
     def force(self, pressed: Floats) -> Floats:
-        """Forces on the nodes by those of the pairs [N/mm], (n, 2)."""
+        """Nodal forces from the forces of the pairs [N/mm], (n, 2)."""
         force: Floats = (self.push @ pressed).reshape(-1, 2)
         return force
 
 
 @dataclass(frozen=True)
 class CrackFaces:
-    """The crack faces of a body that may touch.
+    """The crack faces of a body for contact.
 
     Attributes
     ----------
     grid : Grid
-        With the faces as they were closed.
+        The grid in which the faces are closed.
     carried : (n, 2) float or 0
-        Displacement of its nodes, where that of the body is zero [mm].
+        Displacement of its nodes at zero displacement of the body [mm].
     """
 
     grid: Grid
     carried: Floats | float = 0.0
 
     def at_rest(self, prescribed: NDArray[np.bool_]) -> Faces:
-        """Return the faces as they are at small strain.
+        """Return the undeformed faces, for small strain.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class CrackFaces:
         return Faces(pairs, nothing, np.zeros(len(pairs.left)), _nodal_forces(pairs, len(nothing)))
 
     def turned(self, prescribed: NDArray[np.bool_], displacement: Floats) -> Faces:
-        """Return the faces in a shape of the body, with which their normals turn.
+        """Return the faces in a deformed shape of the body, with rotated normals.
 
         Parameters
         ----------
@@ -133,7 +133,7 @@ class CrackFaces:
             movable = _movable(face_pairs(self.grid, crack), prescribed)
             pairs = _kept(face_pairs(self.grid, crack, turning), movable)
             jump = shape[pairs.left] - shape[pairs.right]
-            # The opening also changes as its normal turns, where the faces have slid.
+            # After sliding, a rotation of the normal also changes the opening.
             slid = np.einsum("ki,ki->k", jump, _turned_by_quarter(pairs.normal))
             columns.append(_nodal_forces(pairs, len(shape)) + _outer(turning, slid, len(shape)))
             turnings.append((slice(begin, begin + len(slid)), turning))
@@ -147,40 +147,41 @@ class CrackFaces:
 def close_faces(
     faces: Faces, prescribed: NDArray[np.bool_], displacement: Floats, factor: Solver
 ) -> Contact:
-    """Press apart the crack faces that overlap in a linear solution.
+    """Solve for contact of the crack faces that overlap in a linear solution.
 
     Each pair of coincident nodes has an opening g >= 0 and a force p >= 0 along its normal, one of
-    which is zero (Signorini 1959). With C the openings per displacement, g = g0 + C K^-1 C^T p: a
-    linear complementarity problem with as many unknowns as there are pairs, symmetric positive
-    definite. At small strain its solution grows in proportion to the load.
+    which is zero (Signorini 1959). With the derivative C of the openings by the displacement,
+    g = g0 + C K^-1 C^T p: a symmetric positive definite linear complementarity problem with one
+    unknown per pair. At small strain its solution is proportional to the load.
 
     Parameters
     ----------
     faces : Faces
-        In a shape near by.
+        In a nearby shape.
     prescribed : (n, 2) bool
         Components of displacement that are prescribed.
     displacement : (n, 2) float
-        In balance without contact [mm].
+        Solution without contact [mm].
     factor : Solver
-        Of the stiffness of the free components.
+        Factored stiffness of the free components.
 
     Returns
     -------
     Contact
-        With `displacement` as it came where nothing overlaps.
+        With the given `displacement` if nothing overlaps.
 
     Raises
     ------
     SolveError
-        Where no set of closed pairs is found.
+        If no set of closed pairs is found.
 
     Notes
     -----
-    A uniform pressure p on an edge of length l makes nodal forces p l (1/2, 1/2) in T3 and
-    p l (1, 4, 1) / 6 in T6, all of them compressive: their sign tells closed from open. A nodal
-    force divided by the length in these rules is a pressure in the mean only. Where pressure
-    changes within an edge of T6, a corner may open under it by as much as the grid can tell.
+    A uniform pressure p on an edge of length l gives nodal forces p l (1/2, 1/2) for T3 and
+    p l (1, 4, 1) / 6 for T6, all compressive, so that their sign distinguishes closed from open
+    pairs. A nodal force over the length of these rules is the pressure only in the mean. If the
+    pressure varies within an edge of T6, a corner may open under it within the discretisation
+    error.
     """
     gap = faces.opening + faces.push.T @ (displacement - faces.shape).ravel()
     slack = TOUCH * np.abs(displacement).max(initial=0.0)
@@ -194,28 +195,28 @@ def close_faces(
 
 
 class TurningStiffness:
-    """A factored stiffness, with what pressed faces add to it as they turn.
+    """A factored stiffness with the contribution of rotating closed crack faces.
 
-    Newton's method for the energy less the work of the forces p on the openings g has the
-    stiffness K - sum p d2g/du2. As the openings of a crack turn by one angle a, that is
-    K + a' w^T + w a'^T, two columns a crack, where w holds the forces turned by a quarter, how far
-    they have slid, and how the faces stretch. It is solved from the factor of K alone, by the
-    identity of Sherman, Morrison and Woodbury.
+    Newton's method for the energy minus the work of the forces p on the openings g has the
+    stiffness K - sum p d2g/du2. As all normals of a crack turn by one angle a, this is
+    K + a' w^T + w a'^T, two columns for each crack. w contains the forces rotated by 90 degrees,
+    the sliding and the stretch of the faces. It is solved with the factored K by the identity of
+    Sherman, Morrison and Woodbury.
 
     Parameters
     ----------
     factor : Factor
-        Of the stiffness K of the free components.
+        Factored stiffness K of the free components.
     faces : Faces
         In the shape in which K was assembled.
     prescribed : (n, 2) bool
     pressed : (k,) float
-        Forces of the pairs, not all of them zero [N/mm].
+        Forces of the pairs, not all zero [N/mm].
 
     Raises
     ------
     NotPositiveDefiniteError
-        Where pressed faces slide away.
+        If the closed faces are unstable against rotation.
     """
 
     def __init__(
@@ -241,10 +242,10 @@ class TurningStiffness:
         # [0 1; 1 0] for each crack is its own inverse.
         self._small = np.kron(np.eye(len(columns) // 2), [[0.0, 1.0], [1.0, 0.0]])
         self._small += self._columns @ self._solved.T
-        # By Haynsworth's inertia, where K is positive definite the sum is so too if this has as
-        # many positive eigenvalues as negative ones.
+        # By Haynsworth's inertia additivity, with positive definite K the sum is positive definite
+        # if this matrix has as many positive as negative eigenvalues.
         if np.count_nonzero(np.linalg.eigvalsh(self._small) > 0.0) != len(columns) // 2:
-            raise NotPositiveDefiniteError("pressed crack faces slide away as they turn")
+            raise NotPositiveDefiniteError("closed crack faces slide off as they rotate")
 
     def solve(self, b: Floats) -> Solution:
         """Solve for the free components, as `Factor.solve` does."""
@@ -258,7 +259,7 @@ def _turned_by_quarter(vectors: Floats) -> Floats:
 
 
 def _movable(pairs: FacePairs, prescribed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Tell which pairs at rest have an opening that the supports do not prescribe."""
+    """Find the undeformed pairs whose opening is not prescribed by supports."""
     held = prescribed[pairs.left] & prescribed[pairs.right]
     return np.asarray((np.abs(pairs.normal * ~held) > 1e-9).any(axis=1))
 
@@ -277,7 +278,7 @@ def _joined(cracks: list[FacePairs]) -> FacePairs:
 
 
 def _nodal_forces(pairs: FacePairs, n_nodes: int) -> csc_array:
-    """Forces on all components of displacement by a unit force in each pair, (2 n, k)."""
+    """Nodal force components by a unit force in each pair, (2 n, k)."""
     rows = [2 * nodes + axis for nodes in (pairs.left, pairs.right) for axis in (0, 1)]
     values = np.concatenate([pairs.normal.T, -pairs.normal.T])
     columns = np.broadcast_to(np.arange(len(pairs.left)), values.shape)
@@ -288,7 +289,7 @@ def _nodal_forces(pairs: FacePairs, n_nodes: int) -> csc_array:
 
 
 def _outer(turning: Turning, slid: Floats, n_nodes: int) -> csc_array:
-    """Derivative of the openings as the normals turn, (2 n, k)."""
+    """Derivative of the openings by the rotation of the normals, (2 n, k)."""
     rows = (2 * turning.nodes[:, None] + np.arange(2)).ravel()
     angle = turning.angle_slope.ravel()
     columns = np.repeat(np.arange(len(slid)), len(rows))
@@ -301,9 +302,9 @@ def _outer(turning: Turning, slid: Floats, n_nodes: int) -> csc_array:
 def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Solver) -> Floats:
     """Find the forces of the pairs by block pivoting (Judice and Pires 1994), (k,).
 
-    All pairs that pull or overlap change places at once, which is the primal-dual active set
-    method (Hintermueller, Ito and Kunisch 2002). Where that does not make them fewer, only the
-    last of them does, which cannot cycle (Murty 1974).
+    All pairs in tension or with overlap are exchanged at once, which is the primal-dual active set
+    method (Hintermueller, Ito and Kunisch 2002). If their number does not decrease, only the last
+    of them is exchanged, which cannot cycle (Murty 1974).
     """
     k = len(gap)
     # Openings by a unit force in a pair, column by column, of the pairs closed so far.
@@ -330,14 +331,14 @@ def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Sol
             wrong[: np.flatnonzero(wrong)[-1]] = False
         closed ^= wrong
     raise SolveError(
-        f"contact of crack faces: after {ROUNDS} rounds of closing what overlaps and opening what "
-        f"pulls, all at once and then one at a time, {count} of {k} pairs of nodes are still "
-        f"wrong, {fewest} at best; smaller elements along the crack, or grading: uniform, may help"
+        f"contact of crack faces: after {ROUNDS} steps of block pivoting and single pivoting "
+        f"{count} of {k} pairs of nodes still overlap or are in tension, {fewest} at best; "
+        "smaller elements along the crack, or grading: uniform, may help"
     )
 
 
 def _closing_force(flexibility: Floats, gap: Floats, closed: Ints) -> Floats:
-    """Forces that close the given pairs, and leave the others free."""
+    """Forces that close the given pairs, with zero force in the others."""
     if not len(closed):
         return np.zeros(0)
     matrix = flexibility[np.ix_(closed, closed)]
@@ -348,7 +349,8 @@ def _closing_force(flexibility: Floats, gap: Floats, closed: Ints) -> Floats:
         sound = np.zeros(1, bool)
     if not sound.all():
         raise SolveError(
-            f"contact of crack faces: {len(closed)} pairs of nodes cannot all be closed, as their "
-            "openings depend on each other; look for cracks that cross or meet at a flat angle"
+            f"contact of crack faces: {len(closed)} pairs of nodes cannot all be closed, since "
+            "their openings are linearly dependent; check for cracks that cross or meet at a "
+            "small angle"
         )
     return np.asarray(cho_solve(factor, -gap[closed]))

@@ -1,4 +1,4 @@
-"""Newton's method at finite deformation, and which states may be accepted."""
+"""Newton's method at finite deformation, and acceptance of its states."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from cfmpm.kernels import patches as patch_kernels
 from cfmpm.linear import solvers
 from cfmpm.linear.solvers import Factor
 
-# Largest unbalanced force relative to the nodal forces, where round-off does not leave more.
+# Largest accepted unbalanced force relative to the nodal forces, unless round-off is larger.
 RESIDUAL = 1e-9
 # Strain of a linear body (root mean square, weighted with its stiffness) in the first step.
 FIRST_STRAIN = 0.01
 # Iterations after which a step is halved.
 MOST_ITERATIONS = 15
-# What a step may multiply the largest stretch by, or the smallest inverted: Newton's method can
-# jump over a limit point to a torn state, which is in balance too.
+# Largest factor on the largest stretch, or on the inverse of the smallest, in a step: Newton's
+# method can jump past a limit point to a torn state, which is in equilibrium too.
 STRETCH_JUMP = 1.5
-# A correction is halved until the unbalanced force falls, or its work along the correction falls to
-# this part; not below this length.
+# Line search: a correction is halved until the unbalanced force decreases, or its work along the
+# correction decreases to the first factor; the second is the smallest step length.
 LINE_SEARCH, SHORTEST = 0.8, 1.0 / 128.0
-# Displacement, relative to the smallest triangle, by which prescribed motion is felt out: as much
-# as the second order that it leaves in a prediction.
+# Displacement, relative to the size of the smallest triangle, of the finite difference for the
+# effect of prescribed displacements; it is also the relative error of the prediction by it.
 PROBE = 1e-6
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What a displacement of the grid does to a body, balanced or not.
+    """The state of a body at a displacement of the grid, in equilibrium or not.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Trial:
     internal_force : (n, 2) float
         [N/mm].
     other_resistance : (n, 2) float or 0
-        Of the forces of the problem [N/mm].
+        Resistance of the additional forces of the problem [N/mm].
     """
 
     displacement: Floats
@@ -58,13 +58,13 @@ class Trial:
 
     @property
     def resistance(self) -> Floats:
-        """Force of material and all else against the displacement [N/mm], (n, 2)."""
+        """Internal force plus resistance of the additional forces [N/mm], (n, 2)."""
         return self.internal_force + self.other_resistance
 
 
 @dataclass(frozen=True)
 class Balanced:
-    """Where Newton's method ended."""
+    """The converged state of Newton's method."""
 
     trial: Trial
     contact_force: Floats
@@ -74,13 +74,13 @@ class Balanced:
 
 
 class March:
-    """Goes from one stable state of a problem to the next.
+    """Follows the stable states of a problem.
 
     Parameters
     ----------
     problem : BoundaryValueProblem
     internal_variables : (p, h) float
-        Of the last accepted state.
+        Internal variables of the last accepted state.
     """
 
     def __init__(self, problem: BoundaryValueProblem, internal_variables: Floats) -> None:
@@ -91,18 +91,18 @@ class March:
         self._factor: Factor | None = None
 
     def trial(self, displacement: Floats) -> Trial:
-        """Evaluate the points; SolveError where one is turned inside out."""
+        """Evaluate the points; SolveError if det F of a point is not positive."""
         problem = self._problem
         points, det_F = deform(problem, displacement, self._internal_variables)
         if not det_F.min() > 0.0:
             raise SolveError(
-                f"{int((~(det_F > 0.0)).sum())} material points would be turned inside out"
+                f"{int((~(det_F > 0.0)).sum())} material points would be inverted (det F <= 0)"
             )
         force = internal_force(problem, points)
         return Trial(displacement, points, force, problem.resistance(displacement))
 
     def factor_at(self, trial: Trial) -> csr_array:
-        """Factor the stiffness of a state; SolveError where it is not positive definite."""
+        """Factor the tangent stiffness of a state; SolveError if it is not positive definite."""
         stiffness = assemble_stiffness(self._problem, trial, self._internal_variables)
         if self._factor is None:
             grid, chosen = self._problem.grid, self._chosen
@@ -113,7 +113,7 @@ class March:
         return stiffness
 
     def rate(self, trial: Trial) -> Floats:
-        """Return the displacement per load factor, from the stiffness factored last."""
+        """Return the derivative of displacement by load factor, from the last factorization."""
         loads = self._problem.loading.proportional
         rate = loads.displacement.copy()
         unbalanced = loads.force + self._problem.pull
@@ -126,7 +126,7 @@ class March:
         return rate
 
     def first_step(self, rate: Floats, total: float) -> float:
-        """Return the change of load factor that strains the body by `FIRST_STRAIN`."""
+        """Return the change of load factor for which the strain is `FIRST_STRAIN`."""
         grid, points = self._problem.grid, self._problem.points
         elastic = self._problem.materials.elastic
         energy = constitutive.linear_elastic(
@@ -139,20 +139,20 @@ class March:
         return math.copysign(FIRST_STRAIN / strain, total)
 
     def apart(self, displacement: Floats) -> Floats:
-        """Keep the crack faces of a displacement apart, by the stiffness factored last."""
+        """Remove overlap of crack faces from a displacement, by the last factorization."""
         assert self._factor is not None
         return self._closed(displacement, displacement, self._factor).displacement
 
     def balance(self, trial: Trial, load_factor: float, force_before: Floats) -> Balanced:
         """Newton's method, from a state with the prescribed displacement of a load factor.
 
-        Each iteration solves K delta = f_ext - f_int (paper eq 13, sign put right), presses
-        overlapping faces apart, and goes along that correction as far as it helps. Normals turn
-        with the faces, and forces along them with the normals. Where it ends without force, the
-        forces before set the scale of what is unbalanced.
+        Each iteration solves K delta = f_ext - f_int (paper eq 13, sign corrected), adds the
+        contact forces of overlapping faces, and does a line search along this correction. Normals
+        of the faces, and the contact forces along them, turn with the faces. If the forces vanish
+        in the solution, the forces before are the scale of the unbalanced force.
         """
         external = self._problem.loading.at(load_factor).force
-        # Of large and opposite forces: what springs leave of them, the material feels.
+        # The pull and the resistance of springs are large and opposite; their sum acts on the body.
         pull = load_factor * self._problem.pull
         scale = max(np.abs(force).max(initial=0.0) for force in (force_before, external))
         residuals: list[float] = []
@@ -175,24 +175,24 @@ class March:
                 return Balanced(trial, closed.force, closed.pairs, tuple(residuals), floor)
             if len(residuals) > MOST_ITERATIONS:
                 raise SolveError(
-                    f"after {MOST_ITERATIONS} iterations {residuals[-1]:.1e} of the largest nodal "
-                    f"force is still unbalanced (allowed {RESIDUAL:.0e}; round-off explains "
-                    f"{floor:.1e})"
+                    f"after {MOST_ITERATIONS} iterations the unbalanced force is "
+                    f"{residuals[-1]:.1e} of the largest nodal force (allowed {RESIDUAL:.0e}; "
+                    f"round-off {floor:.1e})"
                 )
             trial = self._searched(trial, closed.displacement, external + pull, pressed)
 
     def check_jump(self, before: Trial, after: Trial) -> None:
-        """SolveError where the stretch of a point has grown by more than `STRETCH_JUMP`."""
+        """SolveError if a stretch of a point has changed by more than a factor `STRETCH_JUMP`."""
         jump = stretch.largest_jump(
             before.points.displacement_gradient, after.points.displacement_gradient
         )
         if not jump <= STRETCH_JUMP:
-            raise SolveError(f"the stretch of a point would jump to {jump:.2g} times what it was")
+            raise SolveError(f"a stretch of a point would jump by a factor of {jump:.2g}")
 
     def accept(
         self, last: Equilibrium, before: Trial, found: Balanced, load_factor: float
     ) -> Equilibrium:
-        """Go on from a state, and describe it."""
+        """Accept a state as the start of the next step, and return it."""
         trial = found.trial
         lost, known = self._unstable_points(trial), last.unstable_points > 0
         self._internal_variables = trial.points.internal_variables
@@ -218,7 +218,7 @@ class March:
         )
 
     def _work(self, last: Equilibrium, before: Trial, after: Trial, load_factor: float) -> float:
-        """Work of loads, grips and springs over a step, by the trapezoidal rule [N]."""
+        """Work of loads, prescribed displacements and springs in a step, trapezoidal rule [N]."""
         motion = after.displacement - before.displacement
         middle = 0.5 * (load_factor + last.load_factor)
         mean = self._problem.loading.at(middle).force + middle * self._problem.pull
@@ -245,7 +245,7 @@ class March:
         return self._factor.solve(force).x
 
     def _tangent(self, trial: Trial, pressed: Floats) -> Solver:
-        """What Newton's method solves with: the stiffness, and that of the forces of faces."""
+        """Tangent of Newton's method: the stiffness with that of the contact forces."""
         assert self._factor is not None
         if not pressed.any():
             return self._factor
@@ -257,7 +257,7 @@ class March:
         return problem.crack_faces.turned(problem.loading.prescribed, displacement)
 
     def _closed(self, displacement: Floats, shape: Floats, tangent: Solver) -> Contact:
-        """Press faces apart in a shape of the body near by."""
+        """Solve for contact, with the normals of a nearby shape of the body."""
         problem = self._problem
         cracks = problem.crack_faces
         if not cracks.grid.crack_faces:
@@ -269,7 +269,7 @@ class March:
         return replace(contact, displacement=contact.displacement - cracks.carried)
 
     def _searched(self, trial: Trial, goal: Floats, external: Floats, pressed: Floats) -> Trial:
-        """Go towards a displacement as far as it helps."""
+        """Line search from a state towards a displacement."""
         along = goal - trial.displacement
 
         def unbalanced(at: Trial) -> Floats:
@@ -290,19 +290,19 @@ class March:
             if smaller or abs(np.vdot(left, along)) <= LINE_SEARCH * abs(work):
                 return shorter
             part *= 0.5
-        raise SolveError("no part of Newton's correction brings the body nearer to balance")
+        raise SolveError("the line search along Newton's correction has failed")
 
 
 def deform(
     problem: BoundaryValueProblem, displacement: Floats, internal_variables: Floats
 ) -> tuple[DeformedPoints, Floats]:
-    """Return the points in the state of a displacement.
+    """Return the state of the points at a displacement.
 
     Parameters
     ----------
     problem : BoundaryValueProblem
     displacement : (n, 2) float
-        Of the nodes [mm].
+        Displacement of the nodes [mm].
     internal_variables : (p, h) float
         At the start of the step.
 
@@ -310,7 +310,7 @@ def deform(
     -------
     points : DeformedPoints
     det_F : (p,) float
-        No stress where it is not positive.
+        Stress is not evaluated where it is not positive.
     """
     points, materials = problem.points, problem.materials
     *state, det_F = finite.update_points(
@@ -330,7 +330,7 @@ def deform(
 
 
 def internal_force(problem: BoundaryValueProblem, points: DeformedPoints) -> Floats:
-    """Sum the internal force of its points, in a state, at every node [N/mm], (n, 2)."""
+    """Sum the internal force of deformed points at every node [N/mm], (n, 2)."""
     force: Floats = finite.internal_force(
         problem.grid.elements,
         len(problem.grid.nodes),
@@ -346,7 +346,7 @@ def internal_force(problem: BoundaryValueProblem, points: DeformedPoints) -> Flo
 def assemble_stiffness(
     problem: BoundaryValueProblem, trial: Trial, internal_variables: Floats
 ) -> csr_array:
-    """Sum the tangent stiffness of a state, for the free degrees of freedom.
+    """Assemble the tangent stiffness of a state for the free degrees of freedom.
 
     Parameters
     ----------

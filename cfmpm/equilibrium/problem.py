@@ -1,4 +1,4 @@
-"""The boundary value problem that small strain and finite deformation both solve."""
+"""The boundary value problem of small strain and of finite deformation."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from cfmpm.kernels import assembly
 
 
 class Force(Protocol):
-    """Forces on the nodes that follow from their displacement, besides those of stress and loads.
+    """Additional nodal forces that depend on the displacement, besides stress and loads.
 
-    Springs are one (`body.springs`); a pressure that follows its surface, or friction, is another.
-    At small strain the resistance is linear in the displacement. Contact of crack faces is none:
-    which pairs are closed, and by what force, follows from the stiffness of the body as well, by a
-    complementarity that is solved on its factor (`contact.close_faces`).
+    Examples are springs (`body.springs`), follower pressure, friction. At small strain the
+    resistance is linear in the displacement. Contact of crack faces is not of this kind: closed
+    pairs and contact forces are the solution of a complementarity problem with the factored
+    stiffness of the body (`contact.close_faces`).
     """
 
     @property
@@ -33,7 +33,7 @@ class Force(Protocol):
         ...
 
     def resistance(self, displacement: Floats, /) -> Floats:
-        """Return the force against a displacement [N/mm], (n, 2)."""
+        """Return the resisting force at a displacement [N/mm], (n, 2)."""
         ...
 
     def stiffness(self, displacement: Floats, /) -> csr_array:
@@ -47,13 +47,13 @@ class Force(Protocol):
 
 @dataclass(frozen=True)
 class BoundaryValueProblem:
-    """What stays as it is while the loads change.
+    """Data of a boundary value problem, for any load factor.
 
     Attributes
     ----------
     grid : Grid
     points : MaterialPoints
-        What is summed over.
+        The quadrature points.
     gradients : (p, k, 2) float
         Basis gradients at the points, with respect to the reference configuration [1/mm].
     materials : Materials
@@ -61,12 +61,11 @@ class BoundaryValueProblem:
     solver : str
         A name of `linear.solvers`.
     patches : Patches or None
-        Over which the change of volume is averaged.
+        Patches over which the volume change is averaged.
     base : (p, 2, 2) float or None
-        Displacement gradient of the points where the displacement of the grid is zero; None where
-        they are at rest there.
+        Displacement gradient of the points at zero displacement of the grid; None if it is zero.
     faces : CrackFaces or None
-        The crack faces that may touch; None where they are those of the grid.
+        The crack faces for contact; None for those of the grid.
     forces : tuple of Force
     """
 
@@ -83,12 +82,12 @@ class BoundaryValueProblem:
 
     @cached_property
     def base_gradient(self) -> Floats:
-        """Displacement gradient of the points where the displacement of the grid is zero."""
+        """Displacement gradient of the points at zero displacement of the grid, (p, 2, 2)."""
         return np.zeros((len(self.points), 2, 2)) if self.base is None else self.base
 
     @cached_property
     def crack_faces(self) -> CrackFaces:
-        """The crack faces that may touch."""
+        """The crack faces for contact."""
         return CrackFaces(self.grid) if self.faces is None else self.faces
 
     @property
@@ -98,7 +97,7 @@ class BoundaryValueProblem:
 
     @cached_property
     def patch(self) -> Ints:
-        """Patch of each point; empty where there are none."""
+        """Patch of each point; empty without patches."""
         return patch_of(self.patches, self.points)
 
     @cached_property
@@ -115,20 +114,20 @@ class BoundaryValueProblem:
 
     @cached_property
     def slots(self) -> Ints:
-        """Where the entries of each element go in the stiffness."""
+        """Places of the entries of each element in the stiffness."""
         slots: Ints = assembly.entry_slots(self.grid.elements, self.loading.free, *self.pattern)
         return slots
 
     @cached_property
     def patch_slots(self) -> Ints:
-        """Where the entries of each patch go in the stiffness."""
+        """Places of the entries of each patch in the stiffness."""
         assert self.patches is not None
         slots: Ints = assembly.entry_slots(self.patches.nodes, self.loading.free, *self.pattern)
         return slots
 
     @cached_property
     def _force_slots(self) -> list[Ints]:
-        """Where the entries of each force go in the stiffness."""
+        """Places of the entries of each additional force in the stiffness."""
         indptr, indices = self.pattern
         n = len(indptr) - 1
         places = np.repeat(np.arange(n), np.diff(indptr)) * n + indices
@@ -140,15 +139,15 @@ class BoundaryValueProblem:
 
     @property
     def pull(self) -> Floats | float:
-        """Force per load factor of all but the loads [N/mm], (n, 2)."""
+        """Pull of the additional forces per load factor [N/mm], (n, 2)."""
         return sum((force.pull for force in self.forces), 0.0)
 
     def resistance(self, displacement: Floats) -> Floats | float:
-        """Return the force of all but the material against a displacement [N/mm], (n, 2)."""
+        """Return the resistance of the additional forces at a displacement [N/mm], (n, 2)."""
         return sum((force.resistance(displacement) for force in self.forces), 0.0)
 
     def matrix(self, data: Floats, displacement: Floats) -> csr_array:
-        """Make the stiffness of values by the material and of the forces at a displacement."""
+        """Make the stiffness from that of the material (`data`) and of the additional forces."""
         indptr, indices = self.pattern
         if self.forces:
             data = data.copy()
@@ -157,13 +156,13 @@ class BoundaryValueProblem:
         return csr_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
 
     def _of_free(self, force: Force, displacement: Floats) -> csr_array:
-        """The stiffness of a force for the free degrees of freedom."""
+        """Stiffness of an additional force for the free degrees of freedom."""
         rows = np.flatnonzero(~self.loading.prescribed)
         return csr_array(force.stiffness(displacement)[rows][:, rows])
 
 
 def _united(one: tuple[Ints, Ints], other: tuple[Ints, Ints]) -> tuple[Ints, Ints]:
-    """Join two patterns of sparse matrices of one size."""
+    """Union of the sparsity patterns of two matrices of the same size."""
     n = len(one[0]) - 1
     both: Any = csr_array((n, n))
     for indptr, indices in (one, other):

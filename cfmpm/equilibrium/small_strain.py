@@ -18,14 +18,14 @@ from cfmpm.kernels import patches as patch_kernels
 from cfmpm.linear import solvers
 from cfmpm.linear.solvers import Factor
 
-# Largest unbalanced force, relative to the nodal forces, of a solution: 1e5 times what a well posed
-# scene leaves. Stiffness contrasts and slender ligaments leave more, eps |K| |u|, in any solver;
-# that much is accepted, and reported, up to the second bar.
+# Largest accepted unbalanced force relative to the nodal forces: 1e5 times that of a well posed
+# scene. With a large contrast of stiffness or slender ligaments round-off, eps |K| |u|, is larger
+# for any solver; it is accepted and reported up to RESIDUAL_AT_FLOOR.
 RESIDUAL = 1e-8
 
 
 def assemble_stiffness(problem: BoundaryValueProblem) -> csr_array:
-    """Sum the stiffness of the free degrees of freedom over the material points.
+    """Assemble the stiffness of the free degrees of freedom over the material points.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def assemble_stiffness(problem: BoundaryValueProblem) -> csr_array:
 
 
 def deform(problem: BoundaryValueProblem, displacement: Floats) -> DeformedPoints:
-    """Return the points with displacement gradient, stress and energy of a displacement."""
+    """Return the points with displacement gradient, stress and energy at a displacement."""
     points = problem.points
     gradient, stress, energy = constitutive.linear_elastic(
         problem.grid.elements,
@@ -80,7 +80,7 @@ def deform(problem: BoundaryValueProblem, displacement: Floats) -> DeformedPoint
 
 
 def internal_force(problem: BoundaryValueProblem, points: DeformedPoints) -> Floats:
-    """Sum the internal force of its points, in a state, at every node [N/mm], (n, 2)."""
+    """Sum the internal force of deformed points at every node [N/mm], (n, 2)."""
     force: Floats = assembly.internal_force(
         problem.grid.elements,
         len(problem.grid.nodes),
@@ -97,9 +97,9 @@ def solve_linear(
 ) -> Equilibrium:
     """Solve a linear problem in one step.
 
-    K delta_d = f_ext - f_int (paper eq 13, sign put right), from the prescribed displacement. Where
-    crack faces would overlap they are kept apart (`contact.close_faces`); under proportional loads
-    the solution still grows in proportion to the load.
+    K delta_d = f_ext - f_int (paper eq 13, sign corrected), from the prescribed displacement. Crack
+    faces that would overlap are in contact (`contact.close_faces`); under proportional loads the
+    solution is still proportional to the load.
 
     Parameters
     ----------
@@ -111,12 +111,12 @@ def solve_linear(
     Returns
     -------
     Equilibrium
-        At the load factor, with its parts where the loads are not all proportional to that.
+        At the load factor; with its parts if some loads are fixed.
 
     Raises
     ------
     SolveError
-        Where the stiffness is not positive definite or the residual stays too large.
+        If the stiffness is not positive definite, or the residual is too large.
     """
     free = ~problem.loading.prescribed
     chosen = solvers.select(stiffness.shape[0], problem.solver)
@@ -131,7 +131,7 @@ def solve_linear(
 def _balance(
     problem: BoundaryValueProblem, stiffness: csr_array, factor: Factor, load_factor: float
 ) -> Equilibrium:
-    """Solve by the factor of the stiffness."""
+    """Solve with the factored stiffness."""
     free = ~problem.loading.prescribed
     loads = problem.loading.at(load_factor)
     external = loads.force + load_factor * problem.pull
@@ -146,14 +146,14 @@ def _balance(
     at_rest = problem.loading.at_rest(contact.displacement)
     points = deform(problem, at_rest)
     force = internal_force(problem, points)
-    # A rigid motion ends without force: what had to be balanced on the way sets the scale.
+    # A rigid motion has no internal force: the right-hand side is then the scale.
     scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))
     left = external + contact.force - force - problem.resistance(at_rest)
     residual = np.abs(left[free]).max(initial=0.0)
     residual_norm = float(residual / scale) if scale > 0.0 else 0.0
     residual_floor = 0.0
     if not residual_norm <= RESIDUAL:
-        # A part that only contact holds has moved far before its faces closed.
+        # A part that is held by contact only has a large displacement before its faces close.
         moved = np.maximum(np.abs(displacement), np.abs(at_rest))
         residual_floor = round_off(stiffness, moved[free], scale)
         _require_balance(residual_norm, residual_floor, factor.name)
@@ -185,13 +185,13 @@ def _parts(problem: BoundaryValueProblem, stiffness: csr_array, factor: Factor) 
 
 
 def _own(problem: BoundaryValueProblem) -> Floats:
-    """Elastic matrices of what a point resists by itself: patches share the pressure."""
+    """Elastic matrices of the points, without the volumetric part that patches share."""
     materials = problem.materials
     return materials.elastic if problem.patches is None else materials.unshared
 
 
 def _closed(problem: BoundaryValueProblem, displacement: Floats, factor: Factor) -> Contact:
-    """Keep crack faces apart."""
+    """Solve for contact of crack faces."""
     if not problem.crack_faces.grid.crack_faces:
         return Contact(displacement, np.zeros_like(displacement), np.zeros(0))
     prescribed = problem.loading.prescribed
@@ -200,12 +200,12 @@ def _closed(problem: BoundaryValueProblem, displacement: Floats, factor: Factor)
 
 
 def _require_balance(residual_norm: float, residual_floor: float, solver: str) -> None:
-    """SolveError where more force is unbalanced than round-off explains."""
+    """SolveError if the unbalanced force is larger than round-off."""
     if not residual_norm <= min(residual_floor, RESIDUAL_AT_FLOOR):
         raise SolveError(
-            f"the linear solution by {solver} leaves an unbalanced force of "
+            f"the unbalanced force of the linear solution by {solver} is "
             f"{residual_norm:.1e} of the largest nodal force (allowed {RESIDUAL:.0e}; "
-            f"round-off explains {residual_floor:.1e}); try another solver, and look for a "
-            "part that hangs by a single node or a sliver, or for an extreme contrast of "
-            "stiffness"
+            f"round-off {residual_floor:.1e}); try another solver, and check the scene for a "
+            "part that is attached at a single node or by a sliver, or for an extreme contrast "
+            "of stiffness"
         )

@@ -1,4 +1,4 @@
-"""Load steps at finite deformation: from one stable state to the next."""
+"""Load steps at finite deformation along stable states."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
 from cfmpm.linear.engine import NotPositiveDefiniteError
 
-# Iterations up to which the next step may be longer, and by how much.
+# Iterations up to which the next step is longer, and its factor.
 FEW_ITERATIONS, LONGER = 6, 1.5
-# Halvings of the first step after which a limit counts as found.
+# Halvings of the first step after which the load is taken as a limit.
 HALVINGS = 10
+# Largest number of steps to a load factor, failed ones included. The shortest strain a body by 1e-5
+# (`FIRST_STRAIN` halved `HALVINGS` times), and this many of them by 0.1.
+SUBSTEPS = 10_000
 
 
 def at_rest(problem: BoundaryValueProblem) -> Equilibrium:
-    """Return the state of a body before it is loaded."""
+    """Return the undeformed state of a body."""
     nothing = np.zeros((len(problem.grid.nodes), 2))
     return Equilibrium(
         points=problem.points.at_rest(problem.materials.n_internal),
@@ -40,7 +43,7 @@ def at_rest(problem: BoundaryValueProblem) -> Equilibrium:
 
 
 def from_rest(problem: BoundaryValueProblem, target: float) -> Equilibrium:
-    """Load a body that is at rest: with its fixed loads first, step by step, then the others.
+    """Load an undeformed body: in steps by its fixed loads first, then by the proportional loads.
 
     Parameters
     ----------
@@ -51,47 +54,47 @@ def from_rest(problem: BoundaryValueProblem, target: float) -> Equilibrium:
     Returns
     -------
     Equilibrium
-        As `advance`.
+        As from `advance`.
 
     Raises
     ------
     SolveError
-        Also where the fixed loads alone do not find a stable state.
+        As by `advance`, and if there is no stable state under the fixed loads alone.
     """
     start = at_rest(problem)
     if not problem.loading.is_proportional:
         alone = replace(problem, loading=problem.loading.fixed_alone())
         start = advance(alone, start, 1.0)
         if start.stopped:
-            raise SolveError(f"under the fixed loads alone, each times the factor, {start.stopped}")
+            raise SolveError(f"under the fixed loads alone, times the factor, {start.stopped}")
         unstable_from = start.unstable_from if math.isnan(start.unstable_from) else 0.0
         start = replace(start, load_factor=0.0, unstable_from=unstable_from)
     return advance(problem, start, target)
 
 
 def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> Equilibrium:
-    """Change the load factor, in as many steps as it takes, through stable states only.
+    """Change the load factor in steps of adaptive length along stable states.
 
-    A state is accepted when its forces balance, its stiffness is positive definite, no point is
-    turned inside out and no stretch has jumped. Points that have lost ellipticity are counted.
+    A state is accepted if its forces are balanced, its stiffness is positive definite, no point is
+    inverted and no stretch has jumped. Points that have lost ellipticity are counted.
 
     Parameters
     ----------
     problem : BoundaryValueProblem
     last : Equilibrium
-        In balance at its load factor.
+        The start, in equilibrium at its load factor.
     target : float
         Load factor to be reached.
 
     Returns
     -------
     Equilibrium
-        Where no stable state is found further on: the last one, with the reason in `stopped`.
+        At `target`, or the last stable state, with the reason in `stopped`.
 
     Raises
     ------
     SolveError
-        Where the last one is where it began.
+        If no stable state follows `last`, or if `target` takes more than `SUBSTEPS` steps.
     """
     march = March(problem, last.points.internal_variables)
     balance, at = last, march.trial(last.displacement)
@@ -99,9 +102,17 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
     rate = march.rate(at)
     length = march.first_step(rate, target - last.load_factor)
     shortest = abs(length) * 0.5**HALVINGS
+    substeps = 0
     while balance.load_factor != target:
+        substeps += 1
+        if substeps > SUBSTEPS:
+            raise SolveError(
+                f"load factor {target:.6g} is not reached from {last.load_factor:.6g} in "
+                f"{SUBSTEPS} substeps, the last at {balance.load_factor:.6g}; add load_steps "
+                "in between"
+            )
         remaining = target - balance.load_factor
-        # No last step that is much shorter than the others.
+        # This avoids a last step that is much shorter than the others.
         goal = target if abs(remaining) < 1.2 * abs(length) else balance.load_factor + length
         try:
             start = at.displacement + (goal - balance.load_factor) * rate
@@ -110,7 +121,7 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
         except SolveError as failure:
             length = 0.5 * (goal - balance.load_factor)
             if abs(length) >= shortest:
-                # The stiffness factored last is that of a state that was not accepted.
+                # The last factorization is that of a rejected state.
                 march.factor_at(at)
                 continue
             reason = (
@@ -130,13 +141,13 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
 
 
 def rebalance(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium:
-    """Find the balance of a body whose grid has just been changed, at the load it is at.
+    """Find the equilibrium at the same load factor after the grid was changed.
 
     Parameters
     ----------
     problem : BoundaryValueProblem
     last : Equilibrium
-        With the displacement carried over to the grid as it is now.
+        With its displacement transferred to the new grid.
 
     Returns
     -------
@@ -145,7 +156,7 @@ def rebalance(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium:
     Raises
     ------
     SolveError
-        Where there is no stable state near by.
+        If there is no stable state nearby.
     """
     march = March(problem, last.points.internal_variables)
     before = march.trial(last.displacement)
@@ -154,10 +165,10 @@ def rebalance(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium:
 
 
 def _limit(failure: SolveError) -> str:
-    """Say what ends the way of a body that has been stable so far: it is no mechanism."""
+    """Describe the limit of a body that was stable so far and is therefore not a mechanism."""
     if not isinstance(failure, NotPositiveDefiniteError):
         return str(failure)
     return (
         f"the stiffness is no longer positive definite ({failure.seen}): a limit point, buckling, "
-        "or a material past its strength"
+        "or softening of the material"
     )

@@ -28,7 +28,7 @@ def nodal_force(
     Returns
     -------
     (n, 2) float
-        Pointing to where a crack would run (paper eq 26) [N/mm].
+        It points in the direction of crack growth (paper eq 26) [N/mm].
     """
     force = eshelby.configurational_force(*_summed(grid, points, gradients))
     return force + _of_body_force(grid, points, body_force)
@@ -54,13 +54,13 @@ def finite_nodal_force(
 
 
 def _summed(grid: Grid, points: DeformedPoints, gradients: Floats) -> tuple[Any, ...]:
-    """What the sums over points take."""
+    """Arguments of the kernels that sum over points."""
     state = points.displacement_gradient, points.stress, points.energy
     return grid.elements, len(grid.nodes), points.element, gradients, points.volume, *state
 
 
 def _of_body_force(grid: Grid, points: DeformedPoints, body_force: Floats) -> Floats:
-    """The part of the configurational force that a body force adds."""
+    """Contribution of a body force to the configurational force."""
     if not body_force.any():
         return np.zeros((len(grid.nodes), 2))
     values = grid.basis_values(points.element, points.position)
@@ -108,9 +108,9 @@ def ring_weight(grid: Grid, tip: CrackTip, radius: float) -> Floats:
     Returns
     -------
     (n,) float
-        1 inside half the radius, 0 from the radius on. Nodes that are no corners get what is
-        linear between the corners: the gradient of q is then constant in a triangle, and the points
-        integrate the energy-momentum exactly.
+        1 inside half the radius, 0 from the radius on. Values at other nodes than corners are
+        interpolated linearly between the corners: the gradient of q is then constant in a
+        triangle, and the points integrate the energy-momentum tensor exactly.
     """
     q = np.clip(2.0 - 2.0 * _distance(grid, tip) / radius, 0.0, 1.0)
     element = grid.element

@@ -1,10 +1,10 @@
-"""The load factor at which a crack runs, where a fixed part of the loads does not grow with it.
+"""The load factor at which a crack grows under fixed and proportional loads.
 
-At small strain the state is u = u_fixed + f u_proportional as long as no crack faces press on each
-other. So K_I, K_II and T are linear in the load factor f (superposition), and what is of second
-order in the state, as J, G and the configurational force, is a quadratic polynomial in f (Betti's
-reciprocal theorem: twice the mutual term of both parts stands with f). As K_II / K_I changes with
-f, so does the kink: its driving force is no polynomial, and its root is searched for.
+At small strain the state is u = u_fixed + f u_proportional unless crack faces are in contact.
+Hence K_I, K_II and T are linear in the load factor f (superposition). J, G and the configurational
+force are quadratic polynomials in f; the linear coefficient is twice the mutual term of both parts
+(Betti's reciprocal theorem). As K_II / K_I changes with f, so does the kink angle: the driving
+force of the kink is not a polynomial, and the load factor is found by a root search.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from cfmpm.equilibrium.balance import Equilibrium, Parts
 from cfmpm.equilibrium.contact import TOUCH
 from cfmpm.fracture import cf
 from cfmpm.fracture.criteria.protocols import Direction, direction_by, is_closed
-from cfmpm.fracture.evaluation import evaluate_tips, kink
+from cfmpm.fracture.evaluation import evaluate_tips, kink, values_of_tip
 
-# Of the values at tips, those of first and of second order in the state.
+# Values at the tips that are linear and quadratic in the displacement.
 LINEAR = ("K_I", "K_II", "T_stress")
 QUADRATIC = ("J", "G", "cf_x", "cf_y", "cf_tip_x", "cf_tip_y")
-# Doublings of the load factor after which nothing is found any more.
+# Largest number of doublings of the load factor in the search.
 DOUBLINGS = 60
-# Of what is one where a crack runs: a root, and not the jump of a tip that opens.
+# Tolerance of a root of drive - 1; a larger residual is the jump at a tip that opens.
 ROOT = 1e-8
 
 
@@ -43,20 +43,20 @@ class TipsByFactor:
     ----------
     tips : tuple of CrackTip
     direction : Direction
-        By which a kink turns.
+        Criterion for the direction of a kink.
     constant, first, second : dict of str to (tip,) array
         Coefficients of the powers of the load factor, by the names of a history's variables.
     """
 
     tips: tuple[CrackTip, ...]
     direction: Direction
-    constant: dict[str, Floats]
-    first: dict[str, Floats]
-    second: dict[str, Floats]
+    constant: Mapping[str, Floats]
+    first: Mapping[str, Floats]
+    second: Mapping[str, Floats]
 
     @classmethod
     def of(cls, body: Body, gradients: Floats, parts: Parts, direction: str) -> Self:
-        """Evaluate the parts of a state.
+        """Evaluate the fixed and the proportional part of a state.
 
         Parameters
         ----------
@@ -64,9 +64,9 @@ class TipsByFactor:
         gradients : (p, k, 2) float
             Basis gradients at its quadrature points [1/mm].
         parts : Parts
-            Of its state.
+            Parts of its state.
         direction : str
-            The word in `registry.criteria` of where cracks turn to.
+            Criterion for the direction of growth, a word of `registry.criteria`.
         """
         alone = replace(body, loading=body.loading.proportional_alone())
         constant, second, both = (
@@ -100,41 +100,42 @@ class TipsByFactor:
         return self._completed({n: self.second.get(n, self.first[n]) for n in self.first})
 
     def _completed(self, values: dict[str, Any]) -> dict[str, Any]:
-        """Add what follows from these values."""
+        """Add the values that are derived from these."""
         forces = np.column_stack([values["cf_x"], values["cf_y"]])
         values["cf_norm"] = np.hypot(*forces.T)
         pairs = zip(forces, self.tips, strict=True)
         values["cf_angle"] = np.array([cf.angle(force, tip) for force, tip in pairs])
         if "K_I" in values:
-            rows = [kink(_of_tip(values, i), self.direction) for i in range(len(self.tips))]
+            rows = [kink(values_of_tip(values, i), self.direction) for i in range(len(self.tips))]
             for name in ("kink_angle", "G_kink"):
                 values[name] = np.array([row[name] for row in rows])
         return values
 
 
 def factor_at_fracture(drive: Callable[[float], float], alone: float) -> float:
-    """Return the load factor at which what drives a crack reaches its toughness.
+    """Return the load factor at which the driving force of a crack reaches the toughness.
 
     Parameters
     ----------
     drive : callable
-        Root of driving force over toughness at a load factor.
+        Square root of driving force over toughness as a function of the load factor.
     alone : float
-        The same of the proportional part alone, at load factor one.
+        The same quantity of the proportional part alone, at load factor one.
 
     Returns
     -------
     float
-        The least one above zero; infinite where none is found, and nan where the fixed part alone
-        gets there, or where `drive` jumps over one as a tip opens.
+        The smallest positive one; infinite where none is found, and nan where the fixed part alone
+        reaches the toughness, or where `drive` jumps past one as a tip opens.
 
     Notes
     -----
-    The root of the driving force of a kink is the largest over its angle of what is linear in K_I
-    and K_II (`max_hoop`) or the length of a vector that is (`max_energy`): convex in them, and of
-    first degree. So from below one it is one at one factor at the most, and never where the
-    proportional part by itself drives nothing. For cf the same holds: with CF of Irwin's K,
-    2 |CF|^2 is in proportion to (K_I + K_II)^4 + (K_I - K_II)^4. Doubling cannot step over a root.
+    The square root of the driving force of a kink is the maximum over the angle of linear functions
+    of K_I and K_II (`max_hoop`), or the norm of a vector that is linear in them (`max_energy`):
+    convex, and homogeneous of first degree. If it starts below one, it therefore reaches one at
+    one load factor at most, and never if the proportional part alone has no driving force. The
+    same holds for cf: with CF from Irwin's K, 2 |CF|^2 is proportional to
+    (K_I + K_II)^4 + (K_I - K_II)^4. Hence doubling cannot step over a root.
 
     Examples
     --------
@@ -161,7 +162,7 @@ def factor_at_fracture(drive: Callable[[float], float], alone: float) -> float:
 
 
 def critical_load_factors(body: Body, by_factor: TipsByFactor, parts: Parts) -> dict[str, Floats]:
-    """Find the load factor at which the kink of each tip reaches its toughness.
+    """Find the load factor at which `G_kink` of each tip reaches the toughness.
 
     Parameters
     ----------
@@ -172,9 +173,9 @@ def critical_load_factors(body: Body, by_factor: TipsByFactor, parts: Parts) -> 
     Returns
     -------
     dict of str to (tip,) array
-        `critical_load_factor`, as of `factor_at_fracture`; nan also without a toughness or K, and
-        where crack faces would press on each other at that factor: then the state is no sum of
-        its parts. Nothing where no tip has a toughness and K.
+        `critical_load_factor` from `factor_at_fracture`; also nan without toughness or K, and where
+        crack faces would be in contact at that factor, since the parts cannot be superposed then.
+        Empty if there is no toughness or no K.
     """
     found = np.full(len(by_factor.tips), np.nan)
     if "K_I" not in by_factor.first or np.isnan(body.materials.g_c).all():
@@ -195,7 +196,7 @@ def critical_load_factors(body: Body, by_factor: TipsByFactor, parts: Parts) -> 
 
 
 def presses(body: Body, parts: Parts, load_factor: float) -> bool:
-    """Whether crack faces would overlap at a load factor, if contact did not keep them apart."""
+    """Whether crack faces would overlap at a load factor without contact."""
     if not math.isfinite(load_factor):
         return False
     u = parts.fixed.displacement + load_factor * parts.proportional.displacement
@@ -205,7 +206,7 @@ def presses(body: Body, parts: Parts, load_factor: float) -> bool:
 
 
 def _drive(values: Mapping[str, Any], i: int, toughness: float) -> float:
-    """Root of the driving force of the kink of a tip over its toughness; zero where closed."""
+    """Square root of `G_kink` over toughness of a tip; zero for a closed tip."""
     if is_closed(values["K_I"][i], values["K_II"][i]):
         return 0.0
     return math.sqrt(max(float(values["G_kink"][i]), 0.0) / toughness)
@@ -215,7 +216,3 @@ def _evaluated(body: Body, gradients: Floats, part: Equilibrium, direction: str)
     density = body.loading.at(part.load_factor).body_force
     nodal = cf.nodal_force(body.grid, part.points, gradients, density)
     return evaluate_tips(body, gradients, part, nodal, direction=direction)
-
-
-def _of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
-    return {name: value[i] for name, value in values.items()}

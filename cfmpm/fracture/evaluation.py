@@ -1,4 +1,4 @@
-"""Everything that a state of balance says about its crack tips."""
+"""Evaluation of the crack tips in a state of equilibrium."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from cfmpm.fracture.criteria.protocols import (
     load_factor_at_fracture,
 )
 from cfmpm.fracture.interaction import bent_faces, intensity_factors
+from cfmpm.registry.criteria import DEFAULT_DIRECTION
 
 
 def evaluate_tips(
@@ -33,12 +34,12 @@ def evaluate_tips(
     balance: Equilibrium,
     nodal: Floats,
     plastic: Floats | None = None,
-    direction: str = "max_hoop",
+    direction: str = DEFAULT_DIRECTION,
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
-    Finite deformation has no K and no T, nor has a tip on the border of two materials; there G is
-    J.
+    K and T are not defined at finite deformation, nor for a tip on the interface of two materials;
+    G is then J.
 
     Parameters
     ----------
@@ -46,13 +47,13 @@ def evaluate_tips(
     gradients : (p, k, 2) float
         Basis gradients at its quadrature points [1/mm].
     balance : Equilibrium
-        Of the body.
+        Equilibrium of the body.
     nodal : (n, 2) float
         From `cf.nodal_force`.
     plastic : (n, 2) float, optional
         From `mechanics.plastic_nodal_force`.
     direction : str
-        The word in `registry.criteria` of where cracks turn to.
+        Criterion for the direction of growth, a word of `registry.criteria`.
 
     Returns
     -------
@@ -115,7 +116,7 @@ def _factors_of_ring(
     radius: float,
     material: Materials,
 ) -> dict[str, float]:
-    """Stress intensity factors, their G, and the T-stress by the interaction integral of a ring."""
+    """Stress intensity factors, G from them, and T-stress by interaction integrals over a ring."""
     k = intensity_factors(
         near.grid,
         near.points,
@@ -136,7 +137,7 @@ def _factors_of_ring(
 
 
 def _of_rings(rings: Sequence[dict[str, float]], largest: int) -> dict[str, Any]:
-    """All values by radius, and those of the largest radius by the names without it."""
+    """Values for each radius, and those of the largest radius under names without ``_radius``."""
     row: dict[str, Any] = {name: [ring[name] for ring in rings] for name in rings[0]}
     return row | {
         name.removesuffix("_radius"): value
@@ -146,18 +147,23 @@ def _of_rings(rings: Sequence[dict[str, float]], largest: int) -> dict[str, Any]
 
 
 def kink(row: Mapping[str, Any], direction: Direction) -> dict[str, float]:
-    """Say where a tip would turn to, and what drives it there, `G_kink` [N/mm].
+    """Return kink angle [deg] and energy release rate `G_kink` of a kink [N/mm].
 
     Parameters
     ----------
     row : mapping of str to float
-        Of a tip that has stress intensity factors.
+        Values of a tip that has stress intensity factors.
     direction : Direction
     """
     k_1, k_2 = row["K_I"], row["K_II"]
     loaded = k_1 != 0.0 or k_2 != 0.0
     driving = row["G"] * (direction.kink_factor(row) if loaded else 1.0)
     return {"kink_angle": max_hoop_angle(k_1, k_2), "G_kink": driving}
+
+
+def values_of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
+    """Return the row of one tip from the values of all, (tip,) or (tip, radius)."""
+    return {name: value[i] for name, value in values.items()}
 
 
 def _critical_load(row: Mapping[str, Any], toughness: float) -> dict[str, float]:
@@ -168,19 +174,19 @@ def _critical_load(row: Mapping[str, Any], toughness: float) -> dict[str, float]
 
 
 def _j_plastic(grid: Grid, plastic: Floats, tip: CrackTip, radius: float) -> float:
-    """What plastic work adds to J of a ring [N/mm]."""
+    """Contribution of plastic work to J over a ring [N/mm]."""
     return cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
 
 
 def _j_integral(near: _Neighbourhood, radius: float) -> float:
-    """J of a ring [N/mm], which ends at a sharp bend of the crack."""
+    """J over a ring [N/mm]; the radius is limited by the nearest sharp bend of the crack."""
     radius = min(radius, FILL * sharp_bend(near.tip))
     return cf.j_integral(near.nodal, cf.ring_weight(near.grid, near.tip, radius), near.tip)
 
 
 @dataclass(frozen=True)
 class _Neighbourhood:
-    """What lies around one tip, cut out once: rings cost what they hold, not the whole body."""
+    """Part of the body around a tip, so that the cost of a ring depends on its size only."""
 
     grid: Grid
     points: DeformedPoints
@@ -199,10 +205,10 @@ class _Neighbourhood:
         tip: CrackTip,
         radius: float,
     ) -> _Neighbourhood:
-        """Cut out the triangles with a node within a radius [mm]."""
+        """Extract the triangles with a node within a radius [mm]."""
         grid, points = body.grid, balance.points
         if balance.contact_pairs:
-            # Contact is summed over crack faces, which are numbered with the whole grid.
+            # The contact integral uses crack faces, which have the numbers of the whole grid.
             return cls(grid, points, gradients, nodal, balance.contact_force, tip)
         inside = np.hypot(*(grid.nodes - grid.nodes[tip.node]).T) <= radius
         is_near = inside[grid.elements].any(axis=1)

@@ -1,4 +1,4 @@
-"""Fatigue: how far the tips of cracks get under cycles of load, and which of them run next."""
+"""Fatigue crack growth by Paris' law: load cycles, and selection of the tips that grow next."""
 
 from __future__ import annotations
 
@@ -12,53 +12,53 @@ from cfmpm.scene.growth import Fatigue
 
 @dataclass(frozen=True)
 class Progress:
-    """What a body has been through, and how fast its tips advance.
+    """Load cycles so far, and state of the tips.
 
     Attributes
     ----------
     cycles : float
-        Of load, so far.
+        Load cycles so far.
     ranges : dict of str to float
         dK of each tip of the grid, by its name [MPa mm^0.5].
     rates : dict of str to float
-        da/dN of these [mm/cycle]; zero at and below the threshold.
+        da/dN of each tip [mm/cycle]; zero at and below the threshold.
     pending : dict of str to float
-        What each has grown by Paris' law less what it has by segments of the grid [mm].
+        Pending advance of each tip: growth by Paris' law less the released segments [mm].
     leader : str
-        The tip whose segment tells the number of cycles; empty where no tip advances.
+        The tip whose segment determines the number of cycles; empty where no tip grows.
     driving : dict of str to float
-        What of its toughness each has reached, G / g_c; nan without a toughness.
+        G / g_c of each tip; nan without a toughness.
     """
 
     cycles: float
-    ranges: dict[str, float]
-    rates: dict[str, float]
-    pending: dict[str, float]
+    ranges: Mapping[str, float]
+    rates: Mapping[str, float]
+    pending: Mapping[str, float]
     leader: str
-    driving: dict[str, float]
+    driving: Mapping[str, float]
 
 
 def stress_range(
     law: Fatigue, k_1: float, k_2: float, least: tuple[float, float] | None = None
 ) -> float:
-    """Return the range dK of the stress intensity in a cycle [MPa mm^0.5].
+    """Return the range dK of the stress intensity factor in a cycle [MPa mm^0.5].
 
     Parameters
     ----------
     law : Fatigue
     k_1, k_2 : float
-        At the greatest load of the cycle [MPa mm^0.5].
+        K_I and K_II at the maximum load of the cycle [MPa mm^0.5].
     least : (float, float), optional
-        K_I and K_II at the least load of the cycle; default: load_ratio times those at the greatest
-        [MPa mm^0.5].
+        K_I and K_II at the minimum load of the cycle; default: load_ratio times those at the
+        maximum [MPa mm^0.5].
 
     Returns
     -------
     float
-        dK = K_eq of the difference of both ends, (1 - R) K_eq under proportional loads. With
-        K_eq = sqrt(K_I^2 + K_II^2) = sqrt(E' G), Irwin's energy release rate (1957): on a path
-        that turns to where K_II vanishes every other mixture of the modes gives the same. A K_I
-        below zero counts as zero; at an end of the cycle at which the tip is closed both do.
+        dK = K_eq of the difference between maximum and minimum load, (1 - R) K_eq under
+        proportional loads. K_eq = sqrt(K_I^2 + K_II^2) = sqrt(E' G), from Irwin's energy release
+        rate (1957). On a path along which K_II vanishes, every other combination of the modes
+        gives the same. A negative K_I is taken as zero; where the tip is closed, so is K_II.
 
     Examples
     --------
@@ -84,22 +84,22 @@ def growth_rate(law: Fatigue, span: float) -> float:
 def count(
     before: Progress | None, grown: Mapping[str, float], rates: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
-    """Count the cycles in which the tips have grown by their last segments.
+    """Count the load cycles of the last released segments.
 
     Parameters
     ----------
     before : Progress or None
-        At the start of these segments; None at the start of the run.
+        State at the start of these segments; None at the start of the run.
     grown : mapping of str to float
-        Their lengths, by the tips that ran [mm].
+        Lengths of these segments, by the name of the tip [mm].
     rates : mapping of str to float
-        At their ends, of the tips that are left [mm/cycle].
+        da/dN at the ends of the segments, for the remaining tips [mm/cycle].
 
     Returns
     -------
     cycles : float
-        So far. Those of the last segments are what the leader took for its own, with the mean of
-        1 / (da/dN) over both its ends: the trapezoidal rule.
+        Load cycles so far. The leader determines those of the last segments: 1 / (da/dN) is
+        integrated over its segment by the trapezoidal rule.
     pending : dict of str to float
         See `Progress`. In the same cycles each tip has grown by its own mean rate.
     """
@@ -108,7 +108,7 @@ def count(
     mean = {name: _mean(rate, rates.get(name, rate)) for name, rate in before.rates.items()}
     spent = 0.0
     if grown:
-        # Another tip may have run into the leader before it could.
+        # Another tip may have run into the leader in the same increment.
         lead = before.leader if before.leader in grown else next(iter(grown))
         spent = max(0.0, grown[lead] - before.pending.get(lead, 0.0)) / mean[lead]
     pending = {
@@ -121,22 +121,22 @@ def count(
 def select_tips(
     pending: Mapping[str, float], rates: Mapping[str, float], segments: Mapping[str, float]
 ) -> tuple[str, list[str]]:
-    """Find the tips that run next.
+    """Select the tips that grow next.
 
     Parameters
     ----------
     pending, rates : mapping of str to float
         See `Progress`.
     segments : mapping of str to float
-        Length of the grid at each tip [mm].
+        Element size at each tip [mm].
 
     Returns
     -------
     leader : str
-        The tip that is the first to owe a whole segment; empty where no tip advances.
+        The tip whose pending advance reaches a whole segment first; empty where no tip grows.
     chosen : list of str
-        The leader, and all that will then owe half a segment or more: each place is the nearest
-        to that of the law that the grid has.
+        The leader, and all tips whose pending advance is then half a segment or more. Each tip is
+        thus at the node nearest to its position by the law.
     """
     cycles = {
         name: max(0.0, segments[name] - pending.get(name, 0.0)) / rate
@@ -155,7 +155,7 @@ def select_tips(
 
 
 def _mean(start: float, end: float) -> float:
-    """The harmonic mean, by which 1 / rate is summed; of a tip that starts or stops, half."""
+    """Harmonic mean, the trapezoidal rule for 1 / rate; half of the other rate if one is zero."""
     if start > 0.0 and end > 0.0:
         return 2.0 * start * end / (start + end)
     return 0.5 * (start + end)

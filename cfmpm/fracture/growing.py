@@ -1,4 +1,4 @@
-"""Release on the body: a longer crack, and the grid and points that go with it."""
+"""Release of segments in a body: extended cracks, new grid, material points, loads."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cfmpm.body.rigid_motions import UnheldError
 from cfmpm.build import compose
 from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.fracture.refinement import refine
-from cfmpm.fracture.release import Release, advance, is_tip
+from cfmpm.fracture.release import Release, advance
 from cfmpm.meshing import running_size
 from cfmpm.scene import Scene
 
 
 def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
-    """Lengthen the cracks at the tips that run, one after the other, and redefine the grid.
+    """Extend the cracks at the growing tips, one after the other, and redefine the grid.
 
     Parameters
     ----------
@@ -29,19 +29,19 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
         Expanded.
     body : Body
     running : mapping of str to (2,) float
-        Direction of each tip that runs, by its name.
+        Direction of growth of each growing tip, by its name.
 
     Returns
     -------
     Body
-        Material points stay where they are and keep volume and state; those that a new segment
-        cuts become two.
+        Material points keep position, volume and state; a point that is cut by a new segment is
+        split in two.
 
     Raises
     ------
     RunEnded
-        Where the crack has cut off a part that the loads drive away, or has met the point of a load
-        or a support.
+        If a part of the body is severed and moved away by the loads, or if a crack has reached the
+        point of a load or a support.
     """
     mesh = body.triangulation
     tips = {tip.name: tip for tip in body.grid.tips}
@@ -51,9 +51,9 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     refined = [np.empty(0, np.int64)]
     for name, direction in running.items():
         tip = tips[name]
-        # One that ran before it in this increment may have come to it.
-        if is_tip(mesh, tip.crack, tip.end):
-            size = running_size(scene, float(np.hypot(*np.diff(tip.path, axis=0).T).sum()))
+        # A tip that grew before in this increment may have reached this one.
+        if mesh.is_tip(tip.crack, tip.end):
+            size = running_size(scene, tip.crack_length)
             if size is not None:
                 mesh, parts = refine(mesh, tip.path[0], size)
                 refined.append(parts)
@@ -66,7 +66,7 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     grid = named_grid(mesh, body.grid.element, names)
     changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
     points, domains, quadrature = body.points, body.particle_domains, body.quadrature
-    # As the paper transfers them, points integrate as they are.
+    # With `transfer: paper` points are integrated without domains.
     if scene.growth is None or scene.growth.transfer != "paper":
         if domains is None or quadrature is None:
             domains = particle_domains.initial_domains(body.grid)
@@ -93,25 +93,25 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     except UnheldError as unheld:
         x, y = unheld.centre
         text = (
-            f"severed: the part of the body around ({x:.4g}, {y:.4g}) is cut off, and the loads "
-            "drive it away"
+            f"severed: the part of the body around ({x:.4g}, {y:.4g}) is severed, and no support "
+            "holds it against the loads"
         )
         raise RunEnded("severed", text, cracks=cracks) from unheld
 
 
 def _toughness_of(mesh: Triangulation, step: Release, toughness: Floats) -> float:
-    """Critical energy release rate of what a segment runs through, on a border the weaker one."""
+    """Critical energy release rate along a segment; on an interface the smaller one [N/mm]."""
     both = np.isin(mesh.triangles, (step.start, step.end)).sum(axis=1) == 2
     return float(toughness[mesh.regions[both]].min())
 
 
 def _point_met(mesh: Triangulation, steps: Sequence[Release]) -> str:
-    """Say which point of a load or a support a crack has run into; empty where none."""
+    """Name the point of a load or a support that a crack has reached; empty if none."""
     ends = {step.end for step in steps}
     for name, node in mesh.points.items():
         if node in ends:
             return (
-                f"met {name}: a crack has run into the point at which it acts, and the scene does "
-                "not say on which of its faces it acts on"
+                f"met {name}: a crack has reached the point at which it acts, and the scene does "
+                "not define on which crack face it acts from then on"
             )
     return ""

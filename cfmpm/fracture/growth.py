@@ -1,4 +1,4 @@
-"""Which crack tips run, at which load, and where to."""
+"""Decision of crack growth: which tips grow, at which load, in which direction."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from numpy.typing import NDArray
 from cfmpm.body.body import Body
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.ending import RunEnded
-from cfmpm.equilibrium.balance import Parts
 from cfmpm.fracture import fatigue
 from cfmpm.fracture.criteria.protocols import (
     direction_by,
     driving_force_by,
     is_closed,
+    load_factor_at_fracture,
 )
-from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture, presses
+from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture
+from cfmpm.fracture.evaluation import values_of_tip
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.scene.growth import Fatigue, Growth
 
-# Tips whose criteria differ by less than this part run together under crack control: twins of a
-# symmetric part differ by the error of the grid.
+# Under crack control, tips whose driving ratios differ by less than this relative difference grow
+# together: those of symmetric cracks differ by the discretisation error.
 TIE = 0.02
-# Part of what drove a tip at the load of the step before, below which nothing is left of it but
-# round-off: a body that has come apart. In stress its root, 1e-9.
+# A driving ratio below this, at the load of the step before, is round-off: the body is severed.
+# It corresponds to 1e-9, its root, in stress.
 RELIEVED = 1e-18
-# By how much what drives the first tip may miss its toughness at the load that was found for it.
+# Tolerance of the driving ratio of the first tip at the load factor found for it.
 MET = 1e-6
-# Largest angle by which a segment is turned on from the tangent at its start [rad].
+# Largest angle between a segment and the tangent at its start [rad].
 MOST_BEND = math.radians(5.0)
 
 
@@ -43,19 +44,20 @@ class Decision:
     Attributes
     ----------
     load_factor : float
-        At which they do it; infinite where no load makes a crack run, nan where no tip is left
-        under crack control.
+        Load factor of that growth; infinite where no load makes a crack grow, nan where no tip is
+        left under crack control.
     running : dict of str to (2,) float
-        Direction of the next segment of each tip that runs, by its name.
+        Direction of the next segment of each growing tip, by its name.
     tangents : dict of str to (2,) float
-        Direction in which each tip last set out: that of the segment, but for a curved path.
+        Direction of the path of each tip at its last growth. It differs from that of the segment
+        only with `order` 2.
     progress : Progress or None
-        Of fatigue.
+        State of fatigue.
     """
 
     load_factor: float
-    running: dict[str, Floats]
-    tangents: dict[str, Floats] = field(default_factory=dict)
+    running: Mapping[str, Floats]
+    tangents: Mapping[str, Floats] = field(default_factory=dict)
     progress: Progress | None = None
 
 
@@ -74,7 +76,7 @@ def decide(
     proportional: bool = True,
     least: Mapping[str, Any] | None = None,
 ) -> Decision:
-    """Compare the tips with their toughness, or find how fast fatigue lets them advance.
+    """Compare the driving forces with the toughness, or apply the law of fatigue crack growth.
 
     Parameters
     ----------
@@ -82,32 +84,33 @@ def decide(
     values : mapping of str to (tip,) array
         By the names of `output.variables.VARIABLES`.
     g_c : (q,) float
-        Critical energy release rate of each region [N/mm]; nan where there is none.
+        Critical energy release rate of each region [N/mm]; nan where none is given.
     growth : Growth or None
-        None where the cracks do not grow.
+        None for stationary cracks.
     last : Decision, optional
-        The one before, from which the bend of a path is known.
+        The previous decision, for the curvature of the paths.
     load_factor : float
-        Of the step.
+        Load factor of the step.
     scale : float
-        What stresses are to be multiplied with to be those of the step, at small strain.
+        Factor from the given stresses to those of the step, at small strain.
     law : Fatigue, optional
-        Of control by fatigue.
+        Law of fatigue crack growth, for control by fatigue.
     grown : mapping of str to float, optional
-        Lengths of the segments just released, by the tips that ran [mm].
+        Lengths of the segments just released, by the name of the tip [mm].
     unresolved : collection of str
-        Tips whose domain cannot tell a direction: these go straight on.
+        Tips whose domain is too small for a direction: these grow straight ahead.
     proportional : bool
-        Whether the values grow with the load factor; else they hold at that of the step only.
+        Whether the values scale with the load factor; otherwise they hold at that of the step only.
     least : mapping of str to (tip,) array, optional
-        The values at the least load of a cycle, where those are not in proportion to it.
+        The values at the minimum load of a cycle, if not proportional to those at the maximum.
 
     Returns
     -------
     Decision
-        Under load control tips run whose criterion reaches g_c. Under crack control the load factor
-        is the one at which the first tip gets there, sqrt(g_c / G), or that of `load_of_growth`.
-        By fatigue tips advance whose range is above the threshold, until one of them reaches g_c.
+        Under load control every tip grows whose driving force reaches g_c. Under crack control the
+        load factor is the one at which the first tip reaches g_c, sqrt(g_c / G), or that of
+        `load_of_growth`. Under fatigue every tip grows whose range of K is above the threshold,
+        until one of them reaches g_c.
     """
     if growth is None:
         return Decision(load_factor, {})
@@ -144,7 +147,7 @@ def _directions(
     last: Decision | None,
     unresolved: Collection[str],
 ) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Directions of the next segments of the tips that run, and tangents; see `Decision`."""
+    """Directions of the next segments of the growing tips, and tangents; see `Decision`."""
     tangents = {
         tip.name: heading[tip.name] for tip, run in zip(grid.tips, runs, strict=True) if run
     }
@@ -154,33 +157,28 @@ def _directions(
         name: secant(before[name], tangent) if name in before else tangent
         for name, tangent in tangents.items()
     }
-    return running, known | tangents
+    return running, {**known, **tangents}
 
 
 def load_of_growth(
-    body: Body,
-    by_factor: TipsByFactor,
-    parts: Parts,
-    growth: Growth,
-    last: Decision | None = None,
+    body: Body, by_factor: TipsByFactor, growth: Growth, last: Decision | None = None
 ) -> tuple[float, str]:
-    """Find the load factor at which the first tip runs, under loads that are not all proportional.
+    """Find the load factor at which the first tip grows, under fixed and proportional loads.
 
     Parameters
     ----------
     body : Body
     by_factor : TipsByFactor
-    parts : Parts
     growth : Growth
     last : Decision, optional
-        The one before.
+        The previous decision.
 
     Returns
     -------
     load_factor : float
-        As of `critical_load.factor_at_fracture`.
+        From `critical_load.factor_at_fracture`.
     reason : str
-        Why it is nan; empty where it is not.
+        Why it is nan; otherwise empty.
     """
 
     def drive(values: Mapping[str, Any]) -> float:
@@ -196,30 +194,32 @@ def load_of_growth(
     factor = factor_at_fracture(lambda f: drive(by_factor.at(f)), alone)
     if math.isnan(factor):
         if drive(by_factor.at(0.0)) >= 1.0:
-            return math.nan, "the fixed loads alone make a crack run"
-        return math.nan, "as a tip opens its driving force jumps over the toughness"
-    if presses(body, parts, factor):
-        return math.nan, (
-            f"at load factor {factor:.6g}, where a crack would run, crack faces press on each "
-            "other: the state is no sum of those of fixed and proportional loads"
-        )
+            return math.nan, "the fixed loads alone make a crack grow"
+        return math.nan, "as a tip opens, its driving force jumps past the toughness"
     return factor, ""
 
 
 def _proportional_load_of_growth(largest: float, last: Decision | None) -> tuple[float, float]:
-    """Load factor at which the first tip runs, from its ratio at one; both of a relieved body."""
+    """Load factor at which the first tip grows, from its driving ratio at load factor one.
+
+    Returns
+    -------
+    float, float
+        The load factor and the driving ratio; infinity and zero in a body without stress.
+    """
     if last is not None and largest * last.load_factor**2 < RELIEVED:
         largest = 0.0
-    return 1.0 / math.sqrt(largest) if largest > 0.0 else math.inf, largest
+    return load_factor_at_fracture(largest, 1.0), largest
 
 
 def _headings(
     grid: Grid, values: Mapping[str, Any], growth: Growth, unresolved: Collection[str]
 ) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
-    """Find where each tip would run, by its name, and which have no direction to run in, (tip,).
+    """Find the direction of growth of each tip, by its name, and which tips cannot grow, (tip,).
 
-    Such a tip is closed, or the criterion has no answer; it is taken to point straight on.
-    Finite deformation knows no K; there, faces that press on each other leave J what shear makes.
+    A tip cannot grow if it is closed, or if the criterion gives no direction; its direction is
+    then the tangent. At finite deformation there is no K. There, contact of the crack faces leaves
+    in J only the contribution of shear.
     """
     closed = np.zeros(len(grid.tips), bool)
     if "K_I" in values:
@@ -229,14 +229,10 @@ def _headings(
     for i, tip in enumerate(grid.tips):
         heading[tip.name] = tip.tangent
         if tip.name not in unresolved and not closed[i]:
-            ahead = criterion.heading(_of_tip(values, i), tip.tangent)
+            ahead = criterion.heading(values_of_tip(values, i), tip.tangent)
             closed[i] = np.isnan(ahead).any()
             heading[tip.name] = tip.tangent if closed[i] else ahead
     return heading, closed
-
-
-def _of_tip(values: Mapping[str, Any], i: int) -> dict[str, Any]:
-    return {name: value[i] for name, value in values.items()}
 
 
 def _driving_ratio(
@@ -248,9 +244,9 @@ def _driving_ratio(
     growth: Growth,
     scale: float,
 ) -> Floats:
-    """Divide what drives each tip by the toughness of what it runs into; nan without one, (tip,).
+    """Ratio of driving force to the toughness of the material ahead; nan without one, (tip,).
 
-    Of two materials, along whose border it runs, the weaker one counts.
+    If the crack grows along the interface of two materials, the smaller toughness is taken.
     """
     if not grid.tips:
         return np.empty(0)
@@ -258,7 +254,7 @@ def _driving_ratio(
     ahead = [regions_ahead(grid, tip, heading[tip.name]) for tip in grid.tips]
     weakest = np.array([toughness[regions].min() for regions in ahead])
     criterion = driving_force_by(growth.criterion)
-    driving = np.array([criterion(_of_tip(values, i)) for i in range(len(grid.tips))])
+    driving = np.array([criterion(values_of_tip(values, i)) for i in range(len(grid.tips))])
     return np.where(closed, 0.0, scale**2 * driving) / weakest
 
 
@@ -272,13 +268,13 @@ def _advance(
     grown: Mapping[str, float],
     least: Mapping[str, Any] | None,
 ) -> tuple[Progress, NDArray[np.bool_]]:
-    """Count the cycles so far, and find which tips fatigue lets run next."""
+    """Count the load cycles so far, and select the tips that grow next under fatigue."""
     names = [tip.name for tip in grid.tips]
     known = {} if last is None or last.progress is None else last.progress.ranges
     spans = []
     for i, name in enumerate(names):
         k_1, k_2 = float(values["K_I"][i]), float(values["K_II"][i])
-        if math.isnan(k_1):  # on the border of two materials: as it came there
+        if math.isnan(k_1):  # on the interface of two materials: the range before it is kept
             spans.append(known.get(name, 0.0))
         else:
             low = None
@@ -308,20 +304,20 @@ def check_end(
     last: Decision | None = None,
     grown: Mapping[str, float] | None = None,
 ) -> None:
-    """End a run that does not go on after this step, growing or to the next level.
+    """End the run if neither growth nor a further load step follows this step.
 
     Parameters
     ----------
     growth : Growth or None
     decision : Decision
     tips : tuple of CrackTip
-        That are left.
+        The remaining tips.
     steps : int
-        So far.
+        Number of steps so far.
     last_level : bool
-        Whether the load rises no more.
+        Whether this is the last load step.
     last : Decision, optional
-        The one before.
+        The previous decision.
     grown : mapping of str to float, optional
         As in `decide`.
 
@@ -334,10 +330,10 @@ def check_end(
             raise RunEnded("solved", "solved: the cracks are stationary")
         return
     if not tips:
-        raise RunEnded("arrived", "arrived: no crack ends inside the body any more")
+        raise RunEnded("arrived", "arrived: no crack tip is left inside the body")
     if decision.running:
         if steps > growth.increments:
-            text = f"increments: growth.increments allows {growth.increments}"
+            text = f"increments: the limit growth.increments of {growth.increments} is reached"
             raise RunEnded("increments", text)
         return
     if decision.progress is not None:
@@ -348,7 +344,7 @@ def check_end(
             f"{decision.progress.cycles:.6g} cycles",
         )
     if math.isinf(decision.load_factor):
-        raise RunEnded("stopped", "stopped: at no load does a tip meet the criterion")
+        raise RunEnded("stopped", "stopped: no tip meets the criterion at any load")
     if last_level:
         raise RunEnded("stopped", "stopped: no tip meets the criterion")
 
@@ -359,15 +355,15 @@ def _check_fracture(
     tips: tuple[CrackTip, ...],
     grown: Mapping[str, float] | None,
 ) -> None:
-    """End a run in which a tip has reached its toughness under fatigue."""
+    """End a run of fatigue in which the driving force of a tip has reached the toughness."""
     tip = max(tips, key=lambda tip: np.nan_to_num(now.driving[tip.name]))
     ratio = now.driving[tip.name]
     if not ratio >= 1.0:
         return
-    length = float(np.hypot(*np.diff(tip.path, axis=0).T).sum())
+    length = tip.crack_length
     cycles, text = now.cycles, f"fractured: {tip.name} reaches g_c in the first cycle"
     if before is not None:
-        # Between the last two steps, by a straight line.
+        # Linear interpolation between the last two steps.
         rest = (ratio - 1.0) / (ratio - before.driving[tip.name])
         length -= rest * (grown or {}).get(tip.name, 0.0)
         cycles -= rest * (now.cycles - before.cycles)
@@ -380,7 +376,7 @@ def _check_fracture(
 
 
 def secant(before: Floats, now: Floats) -> Floats:
-    """Direction of the next segment of a path that goes on bending as it did.
+    """Direction of the next segment of a curved path, extrapolated from the last segment.
 
     Parameters
     ----------
@@ -390,8 +386,9 @@ def secant(before: Floats, now: Floats) -> Floats:
     Returns
     -------
     (2,) float
-        The tangent turned on by half of what it turned (the two-step rule of Adams and Bashforth);
-        by 5 degrees at the most, for a path that turns more than that is not resolved.
+        The tangent turned further by half of the angle by which it turned over the last segment
+        (the two-step rule of Adams and Bashforth), at most by 5 degrees: a path of larger
+        curvature is not resolved.
     """
     turned = np.arctan2(before[0] * now[1] - before[1] * now[0], before @ now)
     ahead = np.exp(1j * np.clip(0.5 * turned, -MOST_BEND, MOST_BEND)) * complex(*now)

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
+from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, lengths_of
 from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels import constitutive, eshelby
 
-# Within the first number of element sizes from a closed tip the contact pressure is taken from a
-# straight line through that up to the second. The pressure is smooth there, but its nodal forces
-# carry the error of the singular stress in the tip elements, which falls with the square of the
-# distance: K_I of a closed crack comes out as 1 % of K_II, and up to 4 % with the forces as found.
+# Within NEAR element sizes of a closed tip the contact pressure is extrapolated linearly from the
+# values between there and FAR element sizes. The pressure is smooth there, but its nodal forces
+# contain the error of the singular stress in the tip elements, which falls with the square of the
+# distance. With extrapolation K_I of a closed crack is 1 % of K_II, without it up to 4 %.
 NEAR, FAR = 3.0, 9.0
-# Sine of the angle from the tangent below which a face lies along it, but for round-off.
+# Sine of the angle to the tangent below which a face is parallel to it up to round-off.
 STRAIGHT = 1e-6
 
 
@@ -42,7 +42,7 @@ def intensity_factors(
     contact_force: Floats | None = None,
     faces: BentFaces | None = None,
 ) -> IntensityFactors:
-    """Evaluate K_I, K_II and T in a ring around a tip.
+    """Evaluate K_I, K_II and T by interaction integrals over a ring around a tip.
 
     Parameters
     ----------
@@ -51,15 +51,15 @@ def intensity_factors(
     gradients : (p, k, 2) float
         Basis gradients at the points [1/mm].
     material : Materials
-        That in the ring.
+        The material in the ring.
     tip : CrackTip
     q : (n,) float
-        From `cf.ring_weight`. The ring lies in one material. The crack in it may be bent: the
-        angle of the auxiliary fields then jumps at the real faces.
+        From `cf.ring_weight`. The ring lies in one material. The crack may be kinked or curved in
+        it: the angle of the auxiliary fields then jumps at the actual crack faces.
     body_force : (2,) float
         [N/mm^3].
     contact_force : (n, 2) float, optional
-        That crack faces exert on each other [N/mm].
+        Contact forces of the crack faces [N/mm].
     faces : BentFaces, optional
         From `bent_faces`.
 
@@ -71,7 +71,7 @@ def intensity_factors(
     """
     lame = material.lame[0]
     modulus = plane_modulus(*lame)
-    # Only points with a node inside the ring can add anything.
+    # Only points in elements with a node inside the ring contribute.
     inside = np.flatnonzero(np.any(q[grid.elements[:, :3]] > 0.0, axis=1)[points.element])
     r, theta = polar_coordinates(tip, points.position[inside])
     spin = eshelby.mean_spin(points.displacement_gradient[inside], points.volume[inside])
@@ -108,18 +108,18 @@ def intensity_factors(
 
 @dataclass(frozen=True)
 class BentFaces:
-    """The faces in a ring that do not lie along the tangent of the tip, at Gauss points.
+    """Crack faces in a ring that are not parallel to the tangent of the tip, at Gauss points.
 
-    All in the frame of the tip.
+    All quantities are in the frame of the tip.
 
     Attributes
     ----------
     at : (g, 2) float
         Distance from the tip [mm] and angle [rad].
     other_side : (g,) bool
-        Whether the faces are those that lie one turn away from that angle.
+        Whether the angle of the face differs from the given one by a full turn.
     normal : (g, 2) float
-        Out of the body, times the weight q and the length of the point [mm].
+        Outward normal times the weight q and the length of the point [mm].
     displacement_gradient : (g, 2, 2) float
     stress : (g, 2, 2) float
         [MPa].
@@ -132,20 +132,20 @@ class BentFaces:
     stress: Floats
 
     def interaction(self, lame: Floats, spin: float) -> Floats:
-        """What the interaction integrals lack: int q (sigma_ij a_i,j n_1 - s_ij n_j u_i,1) ds.
+        """Face terms of the interaction integrals: int q (sigma_ij a_i,j n_1 - s_ij n_j u_i,1) ds.
 
-        The traction of contact on the auxiliary fields a is `_work_of_contact`.
+        The work of contact tractions on the auxiliary fields a is in `_work_of_contact`.
 
         Parameters
         ----------
         lame : (2,) float
         spin : float
-            That is taken out of the displacement.
+            Mean rotation that is subtracted from the displacement gradient.
 
         Returns
         -------
         (3,) float
-            Of modes I and II and of the point force [N/mm].
+            For modes I and II and for the point force [N/mm].
         """
         lam, mu = lame
         moved = self.displacement_gradient[:, :, 0] - [0.0, spin]
@@ -155,7 +155,7 @@ class BentFaces:
                 [eshelby.auxiliary_gradient(mode, r, theta, lam, mu) for r, theta in self.at]
             ).reshape(-1, 2, 2)
             if mode < 2:
-                # One turn away the fields of K_I and K_II have the other sign.
+                # After a full turn the fields of K_I and K_II change sign.
                 a[self.other_side] *= -1.0
             trace = np.einsum("gii->g", a)[:, None, None]
             s = lam * trace * np.eye(2) + mu * (a + a.transpose(0, 2, 1))
@@ -167,24 +167,24 @@ class BentFaces:
 def bent_faces(
     grid: Grid, displacement: Floats, tip: CrackTip, radius: float, material: Materials
 ) -> BentFaces | None:
-    """Find what the faces of a bent crack add to the integrals over a ring.
+    """Find the contribution of the faces of a bent crack to the integrals over a ring.
 
-    An energy-momentum P_1j that is free of sources has the same flow through every ring around a
-    tip, but for what leaves through the faces, P_1j n_j: nothing where these lie along the tangent
-    and are free. J has no use for them: quadratic in the solution, what leaves through faces that
-    are bent a little is less than the error of the stress in the elements at the tip.
+    The flux of a divergence-free energy-momentum tensor P_1j is the same through every ring around
+    a tip, up to the flux P_1j n_j through the crack faces. It vanishes on traction-free faces
+    parallel to the tangent. J does not need this term: it is quadratic in the solution, and the
+    flux through slightly bent faces is below the error of the stress in the elements at the tip.
 
     Parameters
     ----------
     grid : Grid
-        The whole one, of a linear elastic body.
+        The whole grid of a linear elastic body.
     displacement : (n, 2) float
-        Of its nodes [mm].
+        Displacement of its nodes [mm].
     tip : CrackTip
     radius : float
-        Of `cf.ring_weight` [mm].
+        Outer radius of the ring as in `cf.ring_weight` [mm].
     material : Materials
-        That in the ring.
+        The material in the ring.
 
     Returns
     -------
@@ -206,7 +206,7 @@ def bent_faces(
     shape = np.stack([1.0 - part, part], axis=1)
     q = 0.5 * weights * np.einsum("ge,ke->kg", shape, weight[bent])
     away = np.einsum("ge,kei->kgi", shape, ends[bent]).reshape(-1, 2)
-    # Out of the body on the left of the crack.
+    # Outward normal of the left face.
     out = np.column_stack([along[bent, 1], -along[bent, 0]])
     out = (q[:, :, None] * out[:, None, :]).reshape(-1, 2)
     element = np.concatenate([np.repeat(face[bent] // 3, len(part)) for face in (left, right)])
@@ -238,7 +238,7 @@ def bent_faces(
 def _work_of_contact(
     grid: Grid, contact_force: Floats, tip: CrackTip, q: Floats, lame: Floats
 ) -> Floats:
-    """Integrate t_i [a_i,1] q, contact traction times jump of the auxiliary fields, over the faces.
+    """Integrate t_i [a_i,1] q over the faces: contact traction times jump of the auxiliary fields.
 
     Parameters
     ----------
@@ -252,11 +252,11 @@ def _work_of_contact(
     Returns
     -------
     (2,) float
-        Of modes I and II, per auxiliary unit [N/mm]. The point force of the T-stress has no jump,
-        nor has the solution itself where its faces are closed, so that J needs no such term.
+        For modes I and II, per auxiliary unit [N/mm]. The point force of the T-stress has no jump.
+        Nor has the solution itself on closed faces, so that J needs no such term.
     """
     links, start, end, traction = _contact_traction(grid, contact_force, tip)
-    # Gauss points in the root of the distance from the tip, in which the fields are smooth.
+    # Gauss points in the square root of the distance from the tip, in which the fields are smooth.
     abscissae, weights = np.polynomial.legendre.leggauss(4)
     low, high = np.sqrt(start)[:, None], np.sqrt(end)[:, None]
     root = 0.5 * (low + high) + 0.5 * (high - low) * abscissae
@@ -273,7 +273,7 @@ def _work_of_contact(
             for mode in (0, 1)
         ]
     )
-    # On the other face, one turn away, the fields have the other sign.
+    # On the other face, after a full turn, the fields have the opposite sign.
     jump = 2.0 * slope if tip.end == -1 else -2.0 * slope
     t = np.einsum("gj,ij->gi", (shape @ traction).reshape(-1, 2), frame)
     return np.einsum("mgi,gi,g->m", jump, t, q_ds.ravel())
@@ -282,26 +282,26 @@ def _work_of_contact(
 def _contact_traction(
     grid: Grid, contact_force: Floats, tip: CrackTip
 ) -> tuple[Ints, Floats, Floats, Floats]:
-    """Turn the contact forces on the left face of a crack into a traction, linear between nodes.
+    """Convert the contact forces on the left crack face to a traction, linear between nodes.
 
     Returns
     -------
     links : (k, 2) int
-        Neighbouring nodes, from the tip on.
+        Neighbouring nodes, in order from the tip.
     start, end : (k,) float
-        Their distances from the tip along the crack [mm].
+        Distances of these nodes from the tip along the crack [mm].
     traction : (k, 2, 2) float
-        At both nodes of each link [MPa].
+        Traction at both nodes of each link [MPa].
     """
     left = grid.edge_nodes(grid.crack_faces[tip.crack][:, 0])
     rule, along = grid.element.side_weights, left[:, grid.element.along]
     links = np.stack([along[:, :-1], along[:, 1:]], axis=2).reshape(-1, 2)
     if tip.end == -1:
         links = links[::-1, ::-1]
-    lengths = np.hypot(*(grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]).T)
+    lengths = lengths_of(grid.nodes, left)
     share = np.bincount(left.ravel(), np.outer(lengths, rule).ravel(), len(grid.nodes))
     traction = contact_force[links] / share[links][:, :, None]
-    length = np.hypot(*(grid.nodes[links[:, 1]] - grid.nodes[links[:, 0]]).T)
+    length = lengths_of(grid.nodes, links)
     end = np.cumsum(length)
     start = end - length
     near = end <= min(NEAR * tip.h, 0.5 * end[-1])
@@ -317,7 +317,7 @@ def _contact_traction(
 
 
 def polar_coordinates(tip: CrackTip, x: Floats) -> tuple[Floats, Floats]:
-    """Return distance from the tip and angle from its tangent, continuous up to the crack's faces.
+    """Return distance from the tip and angle from its tangent, continuous up to the crack faces.
 
     Parameters
     ----------
@@ -336,7 +336,7 @@ def polar_coordinates(tip: CrackTip, x: Floats) -> tuple[Floats, Floats]:
     t = tip.tangent
     theta = np.arctan2(t[0] * away[:, 1] - t[1] * away[:, 0], np.einsum("ki,i->k", away, t))
     starts, ahead = tip.path[1:], tip.path[:-1] - tip.path[1:]
-    # Which side of the crack a point is on is that of the segment nearest to it.
+    # The side of the crack on which a point lies is taken from the nearest segment.
     nearest = np.full(len(x), np.inf)
     side = np.zeros(len(x))
     for start, along in zip(starts, ahead, strict=True):

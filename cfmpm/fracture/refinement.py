@@ -1,4 +1,4 @@
-"""Smaller triangles around a tip, by bisection of longest edges."""
+"""Refinement around a tip by bisection of longest edges."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.fracture.release import split_side
 from cfmpm.kernels import topology
 
-# Element size per distance from the tip, as where the grid is graded from the start.
+# Increase of the element size per distance from the tip, as in a graded grid.
 GROWTH = 0.3
 EQUILATERAL = 0.25 * np.sqrt(3.0)
 
 
 def refine(mesh: Triangulation, at: Floats, size: float) -> tuple[Triangulation, Ints]:
-    """Halve triangles until none is larger than size + 0.3 r at distance r from a point.
+    """Bisect triangles until none is larger than size + 0.3 r at distance r from a point.
 
     Parameters
     ----------
@@ -22,21 +22,21 @@ def refine(mesh: Triangulation, at: Floats, size: float) -> tuple[Triangulation,
     at : (2,) float
         The tip [mm].
     size : float
-        Side of an equilateral triangle as large as one may be at the tip [mm].
+        Largest element size at the tip: side of the equilateral triangle of equal area [mm].
 
     Returns
     -------
     Triangulation
-        Triangles keep their number for one part; further parts are appended. Nodes that there
-        were stay; boundary, cracks and regions do too, with nodes in the middle of their edges.
+        One part of each bisected triangle keeps its number; the others are appended. Existing
+        nodes, boundary, cracks and regions are kept; their edges get midpoints.
     changed : (k,) int
         The parts, ascending.
 
     Notes
     -----
-    A triangle is halved at its longest edge only together with the neighbour whose longest edge
-    this is as well; where it is not, that neighbour goes first (Rivara 1997). The smallest angle
-    stays above half of what it was.
+    A triangle is bisected at its longest edge only together with the neighbour whose longest edge
+    this is as well; otherwise that neighbour is bisected first (Rivara 1997). The smallest angle
+    stays above half of its initial value.
     """
     changed: set[int] = set()
     while True:
@@ -49,7 +49,7 @@ def refine(mesh: Triangulation, at: Floats, size: float) -> tuple[Triangulation,
 
 
 def _large(mesh: Triangulation, at: Floats, size: float) -> Ints:
-    """Triangles that are too large for their distance from the tip, the nearest first."""
+    """Triangles too large for their distance from the tip, sorted by this distance."""
     corners = mesh.nodes[mesh.triangles]
     (ux, uy), (vx, vy) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
     own = np.sqrt(0.5 * (ux * vy - uy * vx) / EQUILATERAL)
@@ -61,7 +61,7 @@ def _large(mesh: Triangulation, at: Floats, size: float) -> Ints:
 def _last_longest_edge(
     mesh: Triangulation, stars: tuple[Ints, Ints], triangle: int
 ) -> tuple[int, int]:
-    """Follow longest edges from triangle to triangle to one that is the longest on both sides."""
+    """Follow longest edges between triangles to an edge that is the longest on both sides."""
     while True:
         corners = mesh.triangles[triangle]
         lengths = np.hypot(*(mesh.nodes[np.roll(corners, -1)] - mesh.nodes[corners]).T)

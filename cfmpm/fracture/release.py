@@ -1,4 +1,4 @@
-"""Release of one grid segment: align it with the direction, and lengthen the crack by it."""
+"""Release of one grid segment: align it with the direction of growth, and extend the crack."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.kernels import topology
 from cfmpm.kernels.triangles import triangle_quality
 
-# Lengths that are tried, as parts of the length of the grid segment.
+# Trial lengths of the segment, as fractions of the length of the grid segment.
 LENGTHS = (1.0, 0.85, 1.15, 0.7, 1.3, 0.55)
-# Quality of a triangle (1 equilateral, 0 flat) with which a search ends.
+# Quality of a triangle (1 equilateral, 0 degenerate) at which a search ends.
 GOOD = 0.25
-# A segment inside the body shorter than this part of the mean edge at the tip counts as worse in
-# proportion: else two tips that split the side between the other one and a wall by turns creep.
+# The quality of an option is reduced in proportion if its segment ends inside the body and is
+# shorter than this fraction of the mean edge at the tip. Without it, two tips that alternately
+# split the side between the other tip and a boundary would advance by ever shorter segments.
 SHORT = 0.4
-# A segment that points elsewhere by more than this [deg] counts as worse in proportion.
+# It is also reduced in proportion if the segment deviates by more than this [deg].
 SNAP = 3.0
-# A crack turns by no more than this [deg]. Every criterion stays below it while a crack is open (45
-# of the configurational force, 70.5 of max_hoop, 77 of max_energy); what points further back is no
-# driving force, but the noise of a tip whose domain holds next to nothing.
+# Largest kink angle [deg]. Every criterion stays below it while a crack is open (45 for the
+# configurational force, 70.5 for max_hoop, 77 for max_energy). A direction that points further back
+# is noise of a tip whose domain has hardly any elements.
 LARGEST_KINK = 100.0
 
 
@@ -36,13 +37,13 @@ class Release:
     triangulation : Triangulation
         Triangles keep their numbers; those of a split side are appended.
     changed : (k,) int
-        Triangles that changed their shape or are new.
+        Triangles that are new or have changed their shape.
     start, end : int
-        Nodes of the new segment; `end` is the new tip, or where the crack arrived.
+        Nodes of the new segment; `end` is the new tip, or the node at which the crack arrived.
     deviation : float
-        Angle between the segment and the direction asked for [deg].
+        Angle between the segment and the direction of growth [deg].
     quality : float
-        Of the worst triangle that changed.
+        Quality of the worst changed triangle.
     """
 
     triangulation: Triangulation
@@ -63,40 +64,39 @@ class _Option:
 
     @property
     def quality(self) -> float:
-        """That of the worst changed triangle."""
+        """Quality of the worst changed triangle."""
         changed = self.mesh.triangles[self.changed]
         return float(triangle_quality(self.mesh.nodes, changed).min(initial=1.0))
 
 
 def advance(triangulation: Triangulation, crack: str, end: int, direction: Floats) -> Release:
-    """Lengthen a crack by one grid segment (paper section 4.1).
+    """Extend a crack by one grid segment (paper section 4.1).
 
     Parameters
     ----------
     triangulation : Triangulation
     crack : str
     end : {0, -1}
-        Which end of the crack runs: its first or its last node; a tip (`is_tip`).
+        The growing end of the crack, its first or its last node; it is a tip.
     direction : (2,) float
-        Where to. One that points more than `LARGEST_KINK` away from the end of the crack is
-        turned back to that.
+        Direction of growth. The kink angle is limited to `LARGEST_KINK`.
 
     Returns
     -------
     Release
-        Of the segments at the tip, the one nearest to the direction is turned into it by moving
-        its far node; its length is searched for the quality of the triangles around that node.
-        Where no node may move (boundary, crack, border of a material, point load) or the triangles
-        would be too flat, the side that the direction crosses is split there instead, or the
-        crack runs into a node that stands next to its way, whichever leaves the better triangles
-        and segment.
+        Of the segments at the tip, the one nearest to the direction is aligned with it by moving
+        its far node. Its length is chosen for the quality of the triangles around that node.
+        If no node may move (boundary, crack, material interface, point load) or the triangles
+        would be of low quality, the side that the direction crosses is split there instead, or the
+        crack grows to a node close to its direction, whichever gives the better triangles and
+        segment.
 
     Notes
     -----
-    Laplacian smoothing around flat triangles was tried and left out. Of 2900 releases in random
-    bodies (tests/verification/test_growth_random.py) 4 % left a triangle of quality below 0.25;
-    nearly all stand where a side is split between nodes that may not move, which smoothing may
-    not move either: their median rose from 0.198 to 0.202.
+    Laplacian smoothing around triangles of low quality has little effect. Of 2900 releases in
+    random bodies (tests/verification/test_growth_random.py) 4 % left a triangle of quality below
+    0.25. Nearly all of these are where a side between fixed nodes is split, and smoothing may not
+    move these nodes either: their median quality rose from 0.198 to 0.202.
     """
     asked = direction / np.hypot(*direction)
     star = _Star(triangulation, crack, end)
@@ -111,22 +111,8 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
     return star.release(max(options, key=lambda option: star.worth(option, heading)), asked)
 
 
-def is_tip(triangulation: Triangulation, crack: str, end: int) -> bool:
-    """Whether an end of a crack lies inside the body and on no other crack line.
-
-    Parameters
-    ----------
-    triangulation : Triangulation
-    crack : str
-    end : {0, -1}
-    """
-    node = _end_node(triangulation, crack, end)
-    met = sum(int((pairs == node).sum()) for pairs in triangulation.cracks.values())
-    return met == 1 and not any((pairs == node).any() for pairs in triangulation.edges.values())
-
-
 def fixed_nodes(triangulation: Triangulation) -> NDArray[np.bool_]:
-    """Return which nodes may not move: boundary, cracks, borders of materials, point loads."""
+    """Return which nodes may not move: boundary, cracks, material interfaces, point loads."""
     fixed = np.zeros(len(triangulation.nodes), bool)
     for pairs in (*triangulation.edges.values(), *triangulation.cracks.values()):
         fixed[pairs] = True
@@ -144,22 +130,22 @@ def fixed_nodes(triangulation: Triangulation) -> NDArray[np.bool_]:
 def split_side(
     mesh: Triangulation, stars: tuple[Ints, Ints], pair: tuple[int, int], place: float
 ) -> tuple[Triangulation, Ints]:
-    """Split a side and the triangles on both sides of it by a new node, the last one.
+    """Split a side and its adjacent triangles by a new node, which is appended.
 
     Parameters
     ----------
     mesh : Triangulation
     stars
-        From `topology.node_stars` of its triangles.
+        From `topology.node_stars` of the triangles.
     pair : (int, int)
-        The ends of the side.
+        The end nodes of the side.
     place : float
-        Of the new node, from 0 at the first end to 1 at the second one.
+        Position of the new node, from 0 at the first end to 1 at the second.
 
     Returns
     -------
     Triangulation
-        Each triangle that is split keeps its number for one part; the other one is appended.
+        One part of each split triangle keeps its number; the other is appended.
     changed : (k,) int
         The parts.
     """
@@ -196,7 +182,7 @@ class _Star:
     def __init__(self, triangulation: Triangulation, crack: str, end: int) -> None:
         self.mesh = triangulation
         self.crack, self.end = crack, end
-        self.tip = _end_node(triangulation, crack, end)
+        self.tip = triangulation.end_of(crack, end)
         self.fixed = fixed_nodes(triangulation)
         triangles = triangulation.triangles
         self.stars = topology.node_stars(triangles, len(triangulation.nodes))
@@ -212,7 +198,7 @@ class _Star:
         self.behind = int(pairs[0, 1] if end == 0 else pairs[-1, 0])
 
     def limited(self, direction: Floats) -> Floats:
-        """Turn a direction that points backwards to the largest kink there may be."""
+        """Limit the kink angle of a direction to `LARGEST_KINK`."""
         tangent = complex(*(self.origin - self.mesh.nodes[self.behind]))
         kink = np.degrees(np.angle(complex(*direction) / tangent))
         turn = np.exp(1j * np.radians(np.clip(kink, -LARGEST_KINK, LARGEST_KINK) - kink))
@@ -220,14 +206,14 @@ class _Star:
         return np.array([turned.real, turned.imag])
 
     def side_ahead(self, direction: Floats) -> tuple[int, int, float]:
-        """Find the side opposite to the tip that a direction crosses, and where along it."""
+        """Find the side opposite the tip that a direction crosses, and the position along it."""
         a, b = (self.mesh.nodes[self.sides[:, k]] - self.origin for k in range(2))
         from_a, to_b = (
             sign * (x[:, 0] * direction[1] - x[:, 1] * direction[0])
             for sign, x in ((1.0, a), (-1.0, b))
         )
-        # The direction is a sum of both ends of the side, seen from the tip, with these weights of
-        # b and a; of two sides that share the end it points at, round-off takes one.
+        # These are the weights of b and a in the direction as a combination of the vectors from
+        # the tip to the ends of the side. Where it points at a node, either side may be taken.
         inside = np.minimum(from_a / np.hypot(*a.T), to_b / np.hypot(*b.T))
         hit = int(np.argmax(inside))
         first, second = map(int, self.sides[hit])
@@ -245,7 +231,7 @@ class _Star:
         )
 
     def realigned(self, ends: tuple[int, int], direction: Floats) -> Iterator[_Option]:
-        """Move the far node of a segment onto the direction, that of the nearest segment first."""
+        """Move the far node of a segment onto the direction; the nearest segment is tried first."""
         away = self.mesh.nodes[list(ends)] - self.origin
         for i in np.argsort(-(away @ direction) / np.hypot(*away.T), kind="stable"):
             node = ends[i]
@@ -261,7 +247,7 @@ class _Star:
                 return
 
     def split(self, first: int, second: int, place: float, direction: Floats) -> Iterator[_Option]:
-        """Split a side, and the triangles on both sides of it, where the direction crosses it."""
+        """Split a side and its adjacent triangles where the direction crosses it."""
         new = len(self.mesh.nodes)
         halved, changed = split_side(self.mesh, self.stars, (first, second), place)
         option = _Option(halved, changed, new)
@@ -271,23 +257,23 @@ class _Star:
         yield option
 
     def met(self, ends: tuple[int, int]) -> Iterator[_Option]:
-        """Run into a node that may not move."""
+        """Extend the crack to a node that may not move."""
         for node in ends:
             if self.fixed[node] and node != self.behind:
                 yield _Option(self.mesh, np.empty(0, np.int64), node)
 
     def worth(self, option: _Option, direction: Floats) -> float:
-        """Compare options: by quality as far as it matters, length and direction."""
+        """Rate an option by the quality of its triangles up to `GOOD`, its length and direction."""
         worth = min(option.quality, GOOD)
         segment = option.mesh.nodes[option.node] - self.origin
         worth *= min(1.0, SNAP / max(SNAP, _angle(segment, direction)))
         extended = self._extended(option)
-        if is_tip(extended, self.crack, self.end):
+        if extended.is_tip(self.crack, self.end):
             worth *= min(1.0, float(np.hypot(*segment)) / (SHORT * self.size))
         return worth
 
     def release(self, option: _Option, asked: Floats) -> Release:
-        """Add the segment from the tip to the node of an option to the crack."""
+        """Extend the crack by the segment from the tip to the node of an option."""
         return Release(
             triangulation=self._extended(option),
             changed=option.changed,
@@ -298,7 +284,7 @@ class _Star:
         )
 
     def _around(self, node: int) -> Ints:
-        """Half-edges that leave a node."""
+        """Half-edges that start at a node."""
         offsets, half_edges = self.stars
         return half_edges[offsets[node] : offsets[node + 1]]
 
@@ -311,7 +297,7 @@ class _Star:
         return replace(option.mesh, cracks={**option.mesh.cracks, self.crack: longer})
 
     def _with_best_length(self, option: _Option, length: float, direction: Floats) -> _Option:
-        """Put the node of an option onto the direction, at the best of some distances."""
+        """Place the node of an option on the direction, at the best of the trial lengths."""
         best: _Option | None = None
         for factor in LENGTHS:
             nodes = option.mesh.nodes.copy()
@@ -330,13 +316,8 @@ def _angle(vector: Floats, direction: Floats) -> float:
     return float(np.degrees(abs(np.angle(complex(*vector) / complex(*direction)))))
 
 
-def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
-    pairs = mesh.cracks[crack]
-    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
-
-
 def _halved(pairs: Ints, first: int, second: int, new: int) -> Ints:
-    """Replace a node pair by the two that a node in its middle makes, where it occurs."""
+    """Replace a pair of nodes, where it occurs, by the two pairs with a new node between them."""
     for a, b in ((first, second), (second, first)):
         at = np.flatnonzero((pairs[:, 0] == a) & (pairs[:, 1] == b))
         if at.size:

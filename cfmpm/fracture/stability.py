@@ -1,4 +1,4 @@
-"""Whether growth is stable: what the load has to do so that the crack goes on."""
+"""Stability of crack growth: change of load and displacement along the equilibrium path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:  # grids bring Numba along, which who reads results has no need of
+if TYPE_CHECKING:  # grids import Numba, which is not needed to read results
     from cfmpm.body.grid import Floats
 
 STABILITY = ("undefined", "stable", "unstable", "snap_back")
@@ -20,15 +20,15 @@ def classify(force: Floats, displacement: Floats) -> NDArray[np.int8]:
     ----------
     force, displacement : (step,) float
         Of the loads along the path on which the criterion is just met; their product is twice the
-        work stored in a linear body.
+        strain energy of a linear body.
 
     Returns
     -------
     (step,) int8
-        Index into `STABILITY`. Stable: the force has to rise so that the crack goes on. Unstable:
-        the force falls and the displacement rises, so that only a prescribed displacement holds
-        the crack. Snap-back: the displacement falls, and neither does. Undefined: the last state,
-        and where the load or the crack stays as it is.
+        Index into `STABILITY`. Stable: the force rises for further growth. Unstable: the force
+        falls and the displacement rises; growth is controlled only by a prescribed displacement.
+        Snap-back: the displacement falls, and neither controls growth. Undefined: the last state,
+        and where load or crack do not change.
 
     Examples
     --------

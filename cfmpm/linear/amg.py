@@ -19,9 +19,9 @@ CG_ITERATIONS = 500
 class Amg:
     """Conjugate gradients, preconditioned by PyAMG's smoothed aggregation.
 
-    Energy smoothing and a direct coarse solver draw no random numbers, other than PyAMG's
-    defaults; hence the same bits on every run. A narrow band keeps the sweeps in cache, which
-    halves their time on a mesh numbered at random.
+    Unlike PyAMG's defaults, energy smoothing and a direct coarse solver use no random numbers, so
+    that results are equal bit by bit in every run. A narrow bandwidth keeps the sweeps in cache,
+    which halves their time on a randomly numbered mesh.
     """
 
     direct: ClassVar[bool] = False
@@ -46,11 +46,11 @@ class Amg:
             max_coarse=200,
             coarse_solver="splu",
         )
-        # The direct coarse solver would hide directions of negative curvature from the iteration.
+        # With the direct coarse solver the iteration would not find negative curvature there.
         try:
             np.linalg.cholesky(self._hierarchy.levels[-1].A.toarray())
         except np.linalg.LinAlgError as failure:
-            raise NotPositiveDefiniteError("it is not so on the coarsest level") from failure
+            raise NotPositiveDefiniteError("on the coarsest level it is not") from failure
 
     def solve(self, b: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         cycle = self._hierarchy.aspreconditioner(cycle="V")

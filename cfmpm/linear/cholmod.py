@@ -15,9 +15,9 @@ from cfmpm.linear.engine import TOLERANCE, Floats, NotPositiveDefiniteError
 class Cholmod:
     """CHOLMOD's supernodal Cholesky factor, as bundled in kvxopt's wheels.
 
-    kvxopt wants the lower triangle by columns; of a symmetric matrix those are the entries on
-    and right of the diagonal, row by row, as they lie in the CSR arrays. Its wheel links the
-    factorisation to a serial BLAS, so that the result does not depend on threads.
+    kvxopt requires the lower triangle by columns. For a symmetric matrix these are the entries on
+    and right of the diagonal by rows, in the order of the CSR arrays. Its wheel links CHOLMOD to a
+    serial BLAS, so that the result does not depend on threads.
     """
 
     direct: ClassVar[bool] = True
@@ -27,7 +27,7 @@ class Cholmod:
         self._cholmod = import_module("kvxopt.cholmod")
         rows = np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))
         self._half = np.flatnonzero(K.indices >= rows)
-        # All-zero values serve: the analysis reads the pattern only.
+        # Values are zero, since the analysis only reads the pattern.
         matrix = self._base.matrix
         self._values = self._base.spmatrix(
             matrix(np.zeros(self._half.size)),
@@ -39,14 +39,16 @@ class Cholmod:
 
     def factor(self, K: csr_array) -> None:
         self._values.V = self._base.matrix(K.data[self._half])
-        # kvxopt 1.3 reads the status before it factors: an error raised by `numeric` is about the
-        # matrix before this one. `solve` knows, and without a right hand side it only looks.
+        # kvxopt 1.3 reads the status before it factors: an error raised by `numeric` is that of the
+        # previous matrix. `solve` without a right-hand side checks the status of this one.
         with suppress(ArithmeticError):
             self._cholmod.numeric(self._values, self._factor)
         try:
             self._cholmod.solve(self._factor, self._base.matrix(0.0), nrhs=0)
         except ArithmeticError as failure:
-            raise NotPositiveDefiniteError("Cholesky met a pivot that is not positive") from failure
+            raise NotPositiveDefiniteError(
+                "Cholesky found a pivot that is not positive"
+            ) from failure
 
     def solve(self, b: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         x = self._base.matrix(b)

@@ -1,4 +1,4 @@
-"""What a linear solver has to provide: it takes a checked matrix and solves with it."""
+"""Interface of a linear solver, which gets a checked matrix."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ TOLERANCE = 1e-10
 
 
 class NotPositiveDefiniteError(SolveError):
-    """The stiffness has a pivot that is zero or negative.
+    """The stiffness matrix is singular or indefinite.
 
     Attributes
     ----------
     seen : str
-        By what it was told.
+        The finding, such as a negative pivot.
     """
 
     def __init__(self, seen: str) -> None:
         self.seen = seen
         super().__init__(
             f"the stiffness is not positive definite: {seen}. A part of the body is a mechanism "
-            "(no support, or it hangs by a single node), or stiffnesses differ by more than double "
-            "precision resolves, or the state has lost its stability (a limit point, buckling, or "
-            "a material past its strength); a smaller load step or prescribed displacements help "
-            "in the last case only"
+            "(no support, or attached at a single node), or stiffnesses differ by more than double "
+            "precision resolves, or the state is unstable (a limit point, buckling, or softening "
+            "of the material); only in the last case smaller load steps or prescribed "
+            "displacements help"
         )
 
 
 class Engine(Protocol):
-    """What a solver has to provide; it may rely on a checked matrix and right hand side.
+    """Interface of a solver; matrix and right-hand side are checked before.
 
     Attributes
     ----------
     direct : bool
-        Whether it eliminates, and so meets every pivot; one that does not gets the rigid body
-        modes.
+        Whether it is a direct solver, which computes every pivot; an iterative one gets the rigid
+        body modes.
     """
 
     direct: ClassVar[bool]
@@ -50,15 +50,15 @@ class Engine(Protocol):
         """Analyse the pattern of `K`."""
 
     def factor(self, K: csr_array) -> None:
-        """Take the values of `K`; raise `NotPositiveDefiniteError` on a bad pivot."""
+        """Factor the values of `K`; raise `NotPositiveDefiniteError` for a pivot <= 0."""
 
     def solve(self, b: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, tuple[float, ...]]:
         """Return the solution and, from an iterative solver, its residual after each iteration.
 
-        Only an iterative solver has a use for the tolerance on the residual relative to b.
+        Only an iterative solver uses the tolerance on the residual relative to b.
         """
 
 
 def first(where: NDArray[np.bool_]) -> int:
-    """Return the first place that is true."""
+    """Return the first index that is true."""
     return int(np.flatnonzero(where)[0])

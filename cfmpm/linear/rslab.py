@@ -11,12 +11,12 @@ from cfmpm.linear.engine import TOLERANCE, Floats, NotPositiveDefiniteError
 
 
 class Rslab:
-    """L D L^T of the Rust library rslab, on one thread; knows the inertia."""
+    """L D L^T of the Rust library rslab, on one thread; it returns the inertia."""
 
     direct: ClassVar[bool] = True
 
     def __init__(self, K: csr_array, modes: Floats | None) -> None:
-        # Minimum fill costs a quarter of nested dissection and gains most of its speed.
+        # Minimum fill takes a quarter of the time of nested dissection, with most of its benefit.
         rslab = import_module("rslab")
         self._symbolic = rslab.analyze(K, path="ldlt", threads=1, ordering="amf")
 

@@ -1,9 +1,9 @@
-"""Linear solvers for the symmetric positive definite stiffness, behind one small interface.
+"""Linear solvers for the symmetric positive definite stiffness, with a common interface.
 
-``select(n)`` picks a solver; ``solver.factor(K)`` gives a `Factor`, which solves as often as
-wanted and takes new values on the old pattern by ``refactor(K)``. Every solver refuses a matrix
-that is singular or has a negative pivot: a mechanism or a loss of stability is never answered by
-numbers. The solvers and their words stand in `registry.solvers`.
+``select(n)`` chooses a solver; ``solver.factor(K)`` returns a `Factor`, which solves for any number
+of right-hand sides and takes new values on the same pattern by ``refactor(K)``. Every solver raises
+an error for a matrix that is singular or has a negative pivot, so that a mechanism or an unstable
+state never gives numbers. `registry.solvers` lists the solvers and their words.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from cfmpm.registry.table import load
 Floats = NDArray[np.float64]
 
 SINGULAR = 1e13
-"""Growth of a probe vector beyond which a factored matrix counts as singular.
+"""Growth of a probe vector above which a factored matrix is taken as singular.
 
-Sound plane problems of a million unknowns reach 1e4, a part without support 1e15 and more.
+Well posed plane problems of a million unknowns reach 1e4, a part without support 1e15 and more.
 """
 
 PROBE_TOLERANCE = 1e-5
-"""Residual at which an iterative solver may leave the probe.
+"""Tolerance of the residual of the probe for an iterative solver.
 
-A mechanism has a share of about 1 / sqrt(n) in it, 1e-3 at a million unknowns, which no iteration
-removes: it goes on until its curvature vanishes.
+A mechanism has a component of about 1 / sqrt(n) in the probe, 1e-3 at a million unknowns, which no
+iteration removes: it continues until the curvature vanishes.
 """
 
 BACKWARD_ERROR = 1e-10
@@ -43,7 +43,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Solution:
-    """What a solve gave.
+    """Result of a linear solve.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Factor:
         return f"<Factor by {self._solver.name}: {self.n_unknowns} unknowns, {self._K.nnz} entries>"
 
     def refactor(self, K: csr_array) -> None:
-        """Take the values of another matrix with the same pattern; the analysis is reused.
+        """Factor another matrix with the same pattern; the analysis is reused.
 
         Parameters
         ----------
@@ -111,7 +111,7 @@ class Factor:
         Raises
         ------
         SolveError
-            Where b is not finite, the iteration does not converge or the residual is too large.
+            If b is not finite, the iteration does not converge, or the residual is too large.
         """
         b = np.asarray(b, dtype=float)
         if b.shape != (self.n_unknowns,):
@@ -135,7 +135,7 @@ class Factor:
         return Solution(x, max(len(residuals) - 1, 0))
 
     def _take_values(self) -> None:
-        """Factor, then look for a zero pivot that round-off has made small and positive."""
+        """Factor, and check for a zero pivot that is small and positive by round-off."""
         if self._engine is None:
             return
         self._engine.factor(self._K)
@@ -144,21 +144,21 @@ class Factor:
         growth = np.abs(answer)
         if not growth.max() < SINGULAR:
             raise NotPositiveDefiniteError(
-                f"it is singular to round-off (a probe grew to {growth.max():.0e}), "
-                f"most of all at unknown {int(growth.argmax())}",
+                f"it is singular to round-off (a probe grew to {growth.max():.0e}, "
+                f"at unknown {int(growth.argmax())})",
             )
 
 
 @dataclass(frozen=True)
 class LinearSolver:
-    """A way of solving; `select` hands them out."""
+    """A linear solver, from `select`."""
 
     name: str
     engine: type[Engine]
 
     @property
     def direct(self) -> bool:
-        """Whether it eliminates; one that does not gets the rigid body modes."""
+        """Whether it is a direct solver; an iterative one gets the rigid body modes."""
         return self.engine.direct
 
     def factor(self, K: csr_array, modes: Floats | None = None) -> Factor:
@@ -178,9 +178,9 @@ class LinearSolver:
         Raises
         ------
         NotPositiveDefiniteError
-            Where a pivot is zero or negative.
+            If a pivot is zero or negative.
         SolveError
-            Where an entry is not finite.
+            If an entry is not finite.
         """
         return Factor(self, K, modes)
 
@@ -200,7 +200,7 @@ def select(n_unknowns: int, preference: str = "auto") -> LinearSolver:
         Size of the system.
     preference : str
         A word of `registry.solvers`, or ``auto``: the first of those whose package is installed
-        and that is good for so many unknowns.
+        and that is suitable for this number of unknowns.
 
     Returns
     -------
@@ -209,7 +209,7 @@ def select(n_unknowns: int, preference: str = "auto") -> LinearSolver:
     Raises
     ------
     SolveError
-        Where the preferred solver is not installed.
+        If the preferred solver is not installed.
     """
     if preference == "auto":
         preference = next(
@@ -241,8 +241,8 @@ def rigid_body_modes(x: ArrayLike, free: ArrayLike) -> Floats:
     Returns
     -------
     (n, 3) float
-        One mode per column, without unit; the rotation turns about the mean of `x` and moves the
-        farthest node by one, so that the columns are of one size.
+        One mode per column, without unit. The rotation is about the mean of `x`, with displacement
+        one of the farthest node, so that the columns are of the same magnitude.
     """
     x = np.asarray(x, dtype=float)
     arm = x - x.mean(axis=0) if len(x) else x
@@ -256,7 +256,7 @@ def rigid_body_modes(x: ArrayLike, free: ArrayLike) -> Floats:
 
 
 def _checked(K: csr_array) -> csr_array:
-    """Return `K` with sorted indices; refuse what no solver could answer."""
+    """Return `K` with sorted indices; raise an error for a matrix that cannot be solved."""
     if K.shape[0] != K.shape[1]:
         raise ValueError(f"the stiffness is not square: {K.shape}")
     if not K.has_canonical_format:

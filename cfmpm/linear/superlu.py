@@ -14,8 +14,8 @@ from cfmpm.linear.engine import TOLERANCE, Floats, NotPositiveDefiniteError, fir
 class SuperLU:
     """SciPy's SuperLU without pivoting.
 
-    It keeps no analysis, so that a refactor is a factor. The signs of the pivots cost a copy of
-    both triangles, which is most of the memory.
+    It keeps no analysis, so that `refactor` takes as long as `factor`. The signs of the pivots
+    require a copy of both factors, which is most of the memory.
     """
 
     direct: ClassVar[bool] = True
@@ -24,7 +24,7 @@ class SuperLU:
         pass
 
     def factor(self, K: csr_array) -> None:
-        # The transpose of a symmetric matrix: the same arrays, read by columns.
+        # A symmetric matrix is its transpose: the same arrays, read by columns.
         columns = csc_array((K.data, K.indices, K.indptr), shape=K.shape)
         try:
             self._factor = splu(
@@ -36,7 +36,7 @@ class SuperLU:
         except RuntimeError as failure:
             raise NotPositiveDefiniteError("a pivot is exactly zero") from failure
         if not np.array_equal(self._factor.perm_r, self._factor.perm_c):
-            # SuperLU leaves the diagonal only there.
+            # SuperLU pivots off the diagonal only for a zero pivot.
             raise NotPositiveDefiniteError("a pivot is exactly zero")
         pivots = self._factor.U.diagonal()
         negative = int(np.count_nonzero(pivots < 0.0))

@@ -1,4 +1,4 @@
-"""From a scene to a plane triangulation, by gmsh, which is loaded only when it is needed."""
+"""Triangulation of the body of a scene by gmsh, which is loaded only when needed."""
 
 from cfmpm.body.grid import Triangulation
 from cfmpm.meshing.body import triangulate_body
@@ -20,19 +20,19 @@ def triangulate(scene: Scene) -> Triangulation:
     Parameters
     ----------
     scene : Scene
-        One that has passed the checks.
+        A validated scene.
 
     Returns
     -------
     Triangulation
         Coordinates in mm. Corners, crack ends and load points have exactly the coordinates of the
-        scene (where :func:`cfmpm.scene.snap` puts them).
+        scene (after :func:`cfmpm.scene.snap`).
 
     Raises
     ------
     MeshError
         If gmsh cannot be loaded or cannot mesh the body.
     SceneError
-        If a mesh file cannot be used, or the scene does not fit to it.
+        If a mesh file cannot be used, or does not fit the scene.
     """
     return triangulate_body(scene) if scene.mesh_file is None else triangulate_file(scene)

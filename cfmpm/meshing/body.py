@@ -1,4 +1,4 @@
-"""The body of a scene as a triangulation with names."""
+"""Triangulation of the body of a scene, with the names of its parts."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene
 from cfmpm.scene.shapes import XY, Side, sides_of
 
-# In the unit frame; OpenCASCADE takes points nearer than 1e-7 for one.
+# In the unit frame; OpenCASCADE merges points closer than 1e-7.
 TOLERANCE = 1e-6
 ELEMENTS_PER_TURN = 24
-# Of the size of the body: a box that is a little larger than the side it is meant for must not
-# force elements as small as that margin. Tractions are cut exactly all the same.
+# Smallest distance of a cut by a box from other points, relative to the size of the body: a box
+# slightly larger than a side must not cause elements as small as the difference. Tractions are
+# cut exactly in any case.
 LEAST_CUT = 1e-3
 
 
@@ -100,7 +101,7 @@ def _drawing(scene: Scene, body: BodyShape, frame: Frame, cuts: list[XY]) -> Dra
 
 
 def _box_cuts(scene: Scene, body: BodyShape) -> list[XY]:
-    """Where the boundary enters and leaves the boxes of loads: a support ends there, at a node."""
+    """Points at which the boundary enters and leaves boxes of loads; they become nodes."""
     kept = [side.start for _, side in body.sides]
     kept += [load.point for load in scene.loads if load.point is not None]
     kept += [point for crack in body.geometry.cracks for point in crack.points]
@@ -130,7 +131,7 @@ def _tip_seeds(scene: Scene, body: BodyShape, frame: Frame) -> list[Seeds]:
 
 
 def _hole_seeds(scene: Scene, body: BodyShape, frame: Frame) -> list[Seeds]:
-    """Places along the holes, as dense as the elements there."""
+    """Seeds along the holes, with the element size there as spacing."""
     size, grading = scene.mesh.hole_size, scene.mesh.grading
     if size is None or not body.holes:
         return []
@@ -141,7 +142,7 @@ def _hole_seeds(scene: Scene, body: BodyShape, frame: Frame) -> list[Seeds]:
 
 
 def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:
-    """Places along the arcs that `size` is too coarse for."""
+    """Seeds along arcs for which `size` is too coarse."""
     inner = [*map(shape_of, geometry.holes), *map(shape_of, geometry.regions)]
     along: dict[float, list[XY]] = {}
     for side in (side for shape in (geometry.outline, *inner) for side in sides_of(shape)):
@@ -156,12 +157,12 @@ def _arc_seeds(geometry: Geometry, size: float, frame: Frame) -> list[Seeds]:
 
 
 def _named(scene: Scene, body: BodyShape, frame: Frame, raw: Raw, cuts: list[XY]) -> Triangulation:
-    """Find the scene's names in a mesh of its drawing, and its exact coordinates."""
+    """Assign the names of the scene to a mesh of its drawing, and set exact coordinates."""
     nodes = frame.back(raw.nodes)
     samples = np.stack([ends_and_middle for ends_and_middle, _ in raw.curves])
 
     def on(side: Side) -> Ints:
-        """Node pairs on a side; straight sides get their nodes exactly onto them."""
+        """Node pairs on a side; nodes of a straight side are moved exactly onto it."""
         drawn = frame.side(side)
         pairs = _pairs_on(drawn, raw, samples)
         if side.through is None:
@@ -193,7 +194,7 @@ def _named(scene: Scene, body: BodyShape, frame: Frame, raw: Raw, cuts: list[XY]
         nodes[_node_at(frame.point(point), raw)] = point
 
     if signed_areas(nodes, raw.triangles).min() <= 0:
-        raise MeshError("the grid has triangles without area: look for lines that nearly touch")
+        raise MeshError("the grid has triangles without area: check for lines that nearly touch")
     return Triangulation(
         nodes,
         raw.triangles,
@@ -206,9 +207,9 @@ def _named(scene: Scene, body: BodyShape, frame: Frame, raw: Raw, cuts: list[XY]
 
 
 def _pairs_on(side: Side, raw: Raw, samples: Floats) -> Ints:
-    """Node pairs of the curves that lie on a side; gmsh's own record of them has gaps.
+    """Node pairs of the curves that lie on a side; gmsh's own assignment is incomplete.
 
-    `samples` are the ends and the middle of all curves, (n, 3, 2).
+    `samples` are the ends and the midpoint of all curves, (n, 3, 2).
     """
     near = np.flatnonzero(side.distances(samples[:, 1]) <= TOLERANCE)
     lies = (side.distances(samples[near].reshape(-1, 2)) <= TOLERANCE).reshape(-1, 3).all(axis=1)
@@ -219,7 +220,7 @@ def _pairs_on(side: Side, raw: Raw, samples: Floats) -> Ints:
 
 
 def _along(side: Side, points: Floats) -> Floats:
-    """Where points (n, 2) lie along a straight side: 0 at its start, 1 at its end."""
+    """Positions of points (n, 2) along a straight side: 0 at its start, 1 at its end."""
     direction = np.subtract(side.end, side.start)
     return (points - np.array(side.start)) @ direction / (direction @ direction)
 
@@ -233,8 +234,8 @@ def _node_at(point: XY, raw: Raw) -> int:
 
 
 def _regions(geometry: Geometry, frame: Frame, raw: Raw) -> Ints:
-    """The region of each triangle; where regions overlap the last one counts."""
-    # The largest triangle of each face stands for it: the chords of a small one may leave an arc.
+    """The region of each triangle; if regions overlap it is the last one."""
+    # The largest triangle of each face is tested, since a small one at an arc may lie outside it.
     by_size = np.lexsort((signed_areas(raw.nodes, raw.triangles), raw.surfaces))
     largest = by_size[np.cumsum(np.bincount(raw.surfaces)) - 1]
     x, y = frame.back(raw.nodes[raw.triangles[largest]].mean(axis=1)).T

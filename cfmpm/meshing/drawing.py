@@ -1,4 +1,4 @@
-"""Curves and points in the unit frame -> triangles, by gmsh with its OpenCASCADE kernel."""
+"""Meshing of curves and points in the unit frame, by gmsh with its OpenCASCADE kernel."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ MOST_REPAIRS = 4
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is to be meshed, in the unit frame: a body of size one about the origin.
+    """The curves and points to be meshed, in the unit frame: a body of size one about the origin.
 
     Attributes
     ----------
     lines : list of list of Side
         Closed lines: the outline, then the holes.
     regions : list of list of Side
-        Closed lines, which may leave the body.
+        Closed lines, which may extend beyond the body.
     cracks : list of Side
         Straight segments inside the body.
     points : list of (x, y)
-        Places that become nodes.
+        Points that become nodes.
     """
 
     lines: list[list[Side]]
@@ -42,7 +42,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Seeds:
-    """Places with small elements: size + growth r at distance r from the nearest of `points`."""
+    """Points with small elements: size + growth r at distance r from the nearest of `points`."""
 
     points: Floats
     size: float
@@ -51,7 +51,7 @@ class Seeds:
 
 @dataclass(frozen=True)
 class Raw:
-    """A mesh as gmsh leaves it, with compact node numbers.
+    """A mesh by gmsh, with compact node numbers.
 
     Attributes
     ----------
@@ -59,10 +59,10 @@ class Raw:
     triangles : (m, 3) int
         Anticlockwise.
     surfaces : (m,) int
-        Which face of the drawing each triangle fills.
+        Face of the drawing of each triangle.
     curves : list of ((3, 2) float, (k, 2) int)
-        Both ends and the middle of each curve of the drawing, and its node pairs; -1 stands for
-        a node in no triangle.
+        Both ends and the midpoint of each curve of the drawing, and its node pairs; -1 for a node
+        in no triangle.
     vertices : (v,) int
         Nodes at corners and points of the drawing.
     """
@@ -77,8 +77,8 @@ class Raw:
 def mesh_drawing(gmsh: ModuleType, drawing: Drawing, size: float, seeds: list[Seeds]) -> Raw:
     """Mesh a drawing.
 
-    Where a short edge or a thin ligament forces bad triangles, the mesh is made again with
-    elements as small as these are thin.
+    If a short edge or a thin ligament causes triangles of low quality, the mesh is made again with
+    elements as small as the height of these triangles.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def mesh_drawing(gmsh: ModuleType, drawing: Drawing, size: float, seeds: list[Se
         seeds = seeds + _seeds_at_bad_triangles(best)
         again = _generate(gmsh, size, seeds)
         improved = triangle_quality(again.nodes, again.triangles).min()
-        if improved <= 1.1 * worst:  # a sharp corner, which no size can cure
+        if improved <= 1.1 * worst:  # an acute corner, for which no element size helps
             break
         best, worst = again, improved
     return best
@@ -110,7 +110,7 @@ def signed_areas(nodes: Floats, triangles: Ints) -> Floats:
 def compact(tags: Ints, coordinates: Floats, triangles: Ints) -> tuple[Floats, Ints]:
     """Return the coordinates (n, 2) of the nodes in triangles, and the number of each node tag.
 
-    The numbers follow the order of `tags`; -1 stands for a node in no triangle.
+    The numbers follow the order of `tags`; -1 for a node in no triangle.
     """
     used = np.zeros(int(tags.max()) + 1, dtype=bool)
     used[triangles] = True
@@ -121,7 +121,7 @@ def compact(tags: Ints, coordinates: Floats, triangles: Ints) -> tuple[Floats, I
 
 
 def _draw(gmsh: ModuleType, drawing: Drawing) -> None:
-    """Make a conforming drawing: every crack, region and point split what it meets."""
+    """Make a conforming drawing, in which cracks, regions and points split faces and curves."""
     cad = gmsh.model.occ
     body = _face(cad, drawing.lines)
     tools = [(2, _face(cad, [region])) for region in drawing.regions]
@@ -134,7 +134,7 @@ def _draw(gmsh: ModuleType, drawing: Drawing) -> None:
         if not np.isclose(sum(cad.getMass(*face) for face in inside), area, rtol=1e-6):
             raise MeshError(
                 "the geometry could not be cut along its cracks and regions: "
-                "look for lines that nearly coincide"
+                "check for lines that nearly coincide"
             )
         outside = {face for face in faces if face[0] == 2} - inside
         cad.remove(sorted(outside), recursive=True)
@@ -165,14 +165,14 @@ def _point(cad: ModuleType, at: XY) -> int:
 
 
 def _generate(gmsh: ModuleType, size: float, seeds: Sequence[Seeds]) -> Raw:
-    """Mesh what is drawn."""
+    """Mesh the drawing."""
     gmsh.model.mesh.clear()
     _set_sizes(gmsh, size, seeds)
     try:
         gmsh.model.mesh.generate(2)
     except Exception as error:  # gmsh raises nothing more specific
         raise MeshError(
-            f"gmsh could not mesh the body ({error}): look for lines that cross or nearly touch, "
+            f"gmsh could not mesh the body ({error}): check for lines that cross or nearly touch, "
             "or change mesh.size"
         ) from error
     return _raw(gmsh)
@@ -185,7 +185,7 @@ def _set_sizes(gmsh: ModuleType, size: float, seeds: Sequence[Seeds]) -> None:
     for old in field.list():
         field.remove(old)
     seeds = [seed for seed in seeds if seed.size < size]
-    # Loose points: they get nodes of their own in no triangle, which are dropped afterwards.
+    # Isolated points: their nodes are in no triangle and are removed afterwards.
     tags = [[_point(gmsh.model.occ, p) for p in seed.points] for seed in seeds]
     gmsh.model.occ.synchronize()
     cones = []
@@ -217,7 +217,7 @@ def _raw(gmsh: ModuleType) -> Raw:
     triangles = np.concatenate(faces)
     nodes, number = compact(tags, coordinates, triangles)
     for face in faces:
-        if signed_areas(nodes, number[face[:1]])[0] < 0:  # the face looks down
+        if signed_areas(nodes, number[face[:1]])[0] < 0:  # the face is clockwise
             face[:] = face[:, ::-1]
     curves = []
     for _, tag in gmsh.model.getEntities(1):
@@ -236,10 +236,10 @@ def _raw(gmsh: ModuleType) -> Raw:
 
 
 def _seeds_at_bad_triangles(raw: Raw) -> list[Seeds]:
-    """Ask for elements as small as the bad triangles are thin, in classes of a factor of two."""
+    """Seeds of the height of the triangles of low quality, in classes of a factor of two."""
     corners = raw.nodes[raw.triangles[triangle_quality(raw.nodes, raw.triangles) < LEAST_QUALITY]]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     areas = signed_areas(corners.reshape(-1, 2), np.arange(3 * len(corners)).reshape(-1, 3))
-    # Corners on one line, as gmsh makes of places closer than its own accuracy, have no height.
+    # A degenerate triangle, at points closer than gmsh's accuracy, has no height.
     power = np.floor(np.log2(np.maximum(2 * areas, 1e-3 * longest**2) / longest))
     return [Seeds(corners[power == p].mean(axis=1), float(2**p), GROWTH) for p in np.unique(power)]

@@ -1,4 +1,4 @@
-"""A margin of grid around a body and in its holes, into which material may move."""
+"""A margin of the grid around a body and in its holes, into which material may move."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cfmpm.meshing.session import gmsh_session
 
 @dataclass(frozen=True)
 class _Mouth:
-    """Where a crack opens into the margin, and where its line ends there."""
+    """An end of a crack at the margin, and the end of its extension there."""
 
     crack: str
     end: int
@@ -26,30 +26,30 @@ class _Mouth:
 
 
 def surround(body: Triangulation, margin: float, size: float) -> Triangulation:
-    """Put a margin around a body and fill its holes; cracks run on through them.
+    """Add a margin around a body, fill its holes, and extend cracks through both.
 
     Parameters
     ----------
     body : Triangulation
     margin : float
-        Its width [mm].
+        Width of the margin [mm].
     size : float
         Element size at its outer side [mm]; at the body it is that of the body.
 
     Returns
     -------
     Triangulation
-        Nodes and triangles of the body come first, with their numbers. Cracks that open into a
-        hole end in the middle of it.
+        Nodes and triangles of the body come first and keep their numbers. Cracks that start at a
+        hole end at its centre.
 
     Raises
     ------
     MeshError
-        Where gmsh cannot mesh it.
+        If gmsh cannot mesh the margin.
     """
     loops = _loops(body)
     if sum(_area(body.nodes[loop]) > 0.0 for loop in loops) != 1:
-        raise MeshError("a fixed grid needs a body of one part: it has several outlines")
+        raise MeshError("a fixed grid needs a body of one part; this one has several outlines")
     outline = next(loop for loop in loops if _area(body.nodes[loop]) > 0.0)
     outer = Polygon(body.nodes[outline]).buffer(margin, join_style="mitre").exterior
     holes = [loop for loop in loops if loop is not outline]
@@ -90,7 +90,7 @@ def surround(body: Triangulation, margin: float, size: float) -> Triangulation:
 
 
 class _Margin:
-    """Draws in gmsh, with the sides of a body's triangles as they are."""
+    """Drawing in gmsh that keeps the sides of a body's triangles."""
 
     def __init__(self, gmsh: ModuleType, nodes: Floats, size: float) -> None:
         self._gmsh, self._nodes, self._size = gmsh, nodes, size
@@ -114,7 +114,7 @@ class _Margin:
         self._surface_at |= dict.fromkeys(hole.tolist(), int(surface))
 
     def crack(self, node: int, far: tuple[float, float]) -> None:
-        """Draw a line from a node of the body to a place, which becomes one of sides."""
+        """Draw a line from a node of the body to a point, which becomes a line of sides."""
         line = self._gmsh.model.geo.addLine(self._body_point(node), self._point(far))
         self._lines.append((line, node, self._surface_at[node]))
 
@@ -183,7 +183,7 @@ def _loops(body: Triangulation) -> list[Ints]:
         zip(start.tolist(), body.triangles[triangle, (side + 1) % 3].tolist(), strict=True)
     )
     if len(following) < len(start):
-        raise MeshError("a fixed grid needs a boundary that meets itself nowhere")
+        raise MeshError("a fixed grid needs a boundary that does not touch itself")
     loops = []
     while following:
         loop = [next(iter(following))]
@@ -201,7 +201,7 @@ def _area(polygon: Floats) -> float:
 def _mouths(
     crack: str, pairs: Ints, nodes: Floats, outline: Ints, holes: list[Ints], outer: LineString
 ) -> list[_Mouth]:
-    """Find the ends of a crack on the boundary, and lengthen them straight on."""
+    """Find the ends of a crack on the boundary, and extend them straight ahead."""
     found = []
     for end, node, before in ((0, *pairs[0]), (-1, *pairs[-1, ::-1])):
         x = nodes[node]

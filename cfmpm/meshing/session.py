@@ -10,18 +10,18 @@ from types import ModuleType
 
 from cfmpm.errors import MeshError
 
-# What a bare Debian with Python lacks of the libraries that gmsh's wheel links to, leaving out
-# the packages that these depend on.
+# Libraries that gmsh's wheel links to and that a minimal Debian with Python lacks, without their
+# dependencies.
 SYSTEM_PACKAGES = "libgl1 libglu1-mesa libgomp1 libxcursor1 libxft2 libxinerama1"
 
 OPTIONS = {
     "General.Terminal": 0,
     "General.NumThreads": 1,
     # Frontal-Delaunay: mean quality 0.97 against 0.945 of Delaunay (5) and 0.955 of MeshAdapt (1),
-    # median size 0.95 of what is asked for (5: 0.90) in the same time; BAMG (7) fails at cracks.
+    # median size 0.95 of that requested (5: 0.90) in the same time; BAMG (7) fails at cracks.
     "Mesh.Algorithm": 6,
     "Mesh.RandomSeed": 1,
-    # The size fields alone decide.
+    # Only the size fields determine the element size.
     "Mesh.MeshSizeExtendFromBoundary": 0,
     "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MeshSizeFromCurvature": 0,
@@ -31,12 +31,12 @@ OPTIONS = {
 
 @contextmanager
 def gmsh_session() -> Iterator[ModuleType]:
-    """Yield gmsh, started silently on one thread, and stop it in the end.
+    """Yield gmsh, started without output on one thread, and stop it at the end.
 
     Raises
     ------
     MeshError
-        If gmsh cannot be loaded, or is in use already: its state is global.
+        If gmsh cannot be loaded, or is already in use, since its state is global.
     """
     try:
         import gmsh
@@ -59,11 +59,10 @@ def gmsh_session() -> Iterator[ModuleType]:
 
 @contextmanager
 def _handlers_kept() -> Iterator[None]:
-    """Put what Python does on signals back in force.
+    """Restore Python's signal handlers at the end of a ``with`` block.
 
-    gmsh.initialize sets SIGTERM, SIGHUP, SIGPIPE and others to the
-    system's default behind Python's back: `signal.getsignal` still names the handler that is not
-    called any more.
+    gmsh.initialize resets SIGTERM, SIGHUP, SIGPIPE and others to the system's default without
+    Python's knowledge: `signal.getsignal` still returns the handler that is no longer called.
     """
     if threading.current_thread() is not threading.main_thread():
         yield  # handlers belong to the main thread

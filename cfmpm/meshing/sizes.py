@@ -1,4 +1,4 @@
-"""How large the triangles are to be, and where."""
+"""Element sizes and grading."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene
 from cfmpm.scene.rules import estimated_triangles
 
-# Parts of the size elsewhere, and of the crack, that the elements at a running tip have: K is then
-# within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
+# Ratio of the element size elsewhere, and of the crack length, to the element size at a growing
+# tip: K is then within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
 RUNNING, OF_CRACK = 10.0, 20.0
-# The same at a stationary tip: of all gradings none makes half the error for the same time, at
-# small strain and at finite (`snakemake work-precision`).
+# Ratio of the element size elsewhere, and of the clearance, to the element size at a stationary
+# tip: no other grading has half the error at the same run time, at small strain and at finite
+# deformation (`snakemake work-precision`).
 AT_REST, OF_ROOM = 300.0, 150.0
-# Element size per distance from a growing tip and from whatever else needs small elements, and
-# from a stationary tip.
+# Increase of the element size per distance from a growing tip and other points with small elements,
+# and from a stationary tip.
 GROWTH, GROWTH_AT_REST = 0.3, 0.4
 
 
@@ -30,17 +31,17 @@ def mesh_size(scene: Scene) -> float | None:
 
 
 def size_in(body: BodyShape, scene: Scene) -> float:
-    """Return the element size away from the crack tips [mm], of a scene whose body is known."""
+    """Return the element size away from the crack tips [mm], for a given body of the scene."""
     return scene.mesh.size or math.sqrt(body.polygon.area) / 20
 
 
 def resolved_grading(scene: Scene) -> Grading | None:
-    """Return the grading towards the crack tips in numbers [mm]; None for a uniform grid."""
+    """Return the grading towards the crack tips [mm]; None for a uniform grid."""
     return None if scene.mesh_file is not None else grading_in(BodyShape.of(scene), scene)
 
 
 def grading_in(body: BodyShape, scene: Scene) -> Grading | None:
-    """Return the grading towards the crack tips [mm], of a scene whose body is known."""
+    """Return the grading towards the crack tips [mm], for a given body of the scene."""
     if isinstance(scene.mesh.grading, Grading):
         return scene.mesh.grading
     if scene.mesh.grading == "uniform" or not body.tips:
@@ -50,20 +51,20 @@ def grading_in(body: BodyShape, scene: Scene) -> Grading | None:
     if scene.growth is not None:
         tip_size = min(size / RUNNING, room / OF_CRACK)
         return Grading(tip_size=max(tip_size, 1e-6 * size), growth=GROWTH)
-    # A tip that touches something has no room; six decades are as far as a grid can be graded.
+    # A tip at an object has zero clearance; a grid can be graded over six decades at most.
     tip_size = max(min(size / AT_REST, room / OF_ROOM), 1e-6 * size)
     return Grading(tip_size=tip_size, growth=GROWTH_AT_REST)
 
 
 def running_size(scene: Scene, length: float) -> float | None:
-    """Return the largest element at a running tip [mm]; None where none is halved.
+    """Return the largest element size at a growing tip [mm]; None without refinement.
 
     Parameters
     ----------
     scene : Scene
         Expanded.
     length : float
-        Of the crack [mm].
+        Length of the crack [mm].
     """
     if scene.fracture.refine is not None:
         return scene.fracture.refine
@@ -75,7 +76,7 @@ def running_size(scene: Scene, length: float) -> float | None:
 
 
 def expected_triangles(scene: Scene) -> float | None:
-    """Estimate how many triangles a scene will have; None for a mesh file.
+    """Estimate the number of triangles of a scene; None for a mesh file.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def expected_triangles(scene: Scene) -> float | None:
 
 
 def _room(body: BodyShape, crack_name: str, end: int) -> float:
-    """Distance from a tip to the boundary, another crack, a bend or the far end of its own [mm]."""
+    """Distance from a tip to the boundary, another crack, and a kink or the end of its own [mm]."""
     lines = {str(crack.name): crack.points for crack in body.geometry.cracks}
     own = lines.pop(crack_name)
     tip = Point(own[end])

@@ -1,4 +1,4 @@
-"""What is derived from a history: paths of the tips, resolved steps, the open balance of energy."""
+"""Quantities derived from a history: paths of the tips, resolved steps, energy balance."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from cfmpm.output.variables import TIP_STATUS
+from cfmpm.output.variables import ARRIVED_FLAGS
 
-# How many elements a ligament needs that a crack is to pass through.
+# Smallest clearance for accurate results at a tip, in element sizes.
 LIGAMENT = 3.0
 
 
 def resolved_steps(tip: xr.Dataset) -> NDArray[np.bool_]:
-    """Steps in which the domains of a tip have room, (step,).
+    """Steps in which the domains of a tip contain enough elements, (step,).
 
-    Not so within the last elements before an arrival, and where the tip passes close by something.
+    Excluded are the last elements before an arrival, and steps with a small clearance.
 
     Parameters
     ----------
@@ -26,22 +26,23 @@ def resolved_steps(tip: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
-    """Steps of a tip but for those within the last elements before an arrival, (step,)."""
+    """Steps of a tip except those within the last elements before an arrival, (step,)."""
     place = np.column_stack([tip["tip_x"], tip["tip_y"]])
     rest = np.append(np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1], 0.0)
     h = tip["tip_size"].values
-    arrived = TIP_STATUS[int(tip["tip_status"][-1])].startswith("arrived")
+    arrived = int(tip["tip_status"][-1]) in ARRIVED_FLAGS
     return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
 
 
 def parts_of_gap(history: xr.Dataset) -> tuple[float, float]:
-    """Compare energy_gap less what was lost in jumps with the energies that it is made of.
+    """Compare energy_gap, without its changes in jumps, with external work and fracture energy.
 
     Returns
     -------
     float, float
-        The largest, as a part of the largest work; the last, as a part of all that g_c took. Where
-        a body is pressed its work is nearly all stored, and the first says little of the crack.
+        The largest gap over the largest external work; the last gap over the last fracture energy.
+        In a body under large compression nearly all work is stored as strain energy, so that the
+        first ratio is not sensitive to errors of the crack.
     """
     lost = np.diff(history["energy_gap"].values, prepend=0.0)
     smooth = np.abs(np.where(history["jump"].values > 0.0, 0.0, lost).cumsum())
@@ -54,38 +55,38 @@ def parts_of_gap(history: xr.Dataset) -> tuple[float, float]:
 
 
 def tip_path(history: xr.Dataset, tip: str) -> NDArray[np.float64]:
-    """Return the places at which a tip has been, each once, (k, 2) [mm]."""
+    """Return the path of a tip as distinct positions, (k, 2) [mm]."""
     of_tip = history.sel(tip=tip)
     places = np.column_stack([of_tip["tip_x"], of_tip["tip_y"]])
-    places = places[np.isfinite(places).all(axis=1)]  # a study fills shorter runs up with nan
+    places = places[np.isfinite(places).all(axis=1)]  # a study pads shorter runs with nan
     moved = np.ones(len(places), bool)
     moved[1:] = np.diff(places, axis=0).any(axis=1)
     return places[moved]
 
 
 def new_length(history: xr.Dataset) -> NDArray[np.float64]:
-    """Return how far all tips together have run at each step, (step,) [mm]."""
+    """Return the total crack growth of all tips at each step, (step,) [mm]."""
     places = history[["tip_x", "tip_y"]].transpose("step", "tip")
     steps = np.hypot(*(np.diff(places[name], axis=0) for name in ("tip_x", "tip_y")))
     return np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])
 
 
 def energy_balance(history: xr.Dataset) -> xr.Dataset:
-    """Account for the work of the loads.
+    """Return the energy balance of a run.
 
     Parameters
     ----------
     history : xarray.Dataset
-        Of one run.
+        History of one run.
 
     Returns
     -------
     xarray.Dataset
         By step [N mm per mm of thickness]: ``external_work``, ``strain_energy``,
-        ``fracture_energy``, of plastic materials ``plastic_work``, and what is ``missing``, the
-        first less the others. At a load that makes a crack just run this is the error of the
-        steps; at a load above that it is also what is set free beyond g_c. Without g_c it is nan as
-        soon as a crack grows.
+        ``fracture_energy``, for plastic materials ``plastic_work``, and ``missing``, the first
+        minus the others. Under crack control ``missing`` is the error of the increments; at higher
+        loads it contains the energy released beyond g_c. Without g_c it is nan as soon as a crack
+        grows.
     """
     spent = ["strain_energy", "fracture_energy"]
     if "plastic_work" in history and history["plastic_work"].notnull().any():
@@ -94,7 +95,7 @@ def energy_balance(history: xr.Dataset) -> xr.Dataset:
     missing = terms["external_work"] - sum(terms[name] for name in spent)
     missing.attrs = {
         "units": history["external_work"].attrs.get("units", "N"),
-        "long_name": "work of the loads less all else",
+        "long_name": "external work minus all other terms",
     }
     return terms.assign(missing=missing).assign_attrs(
         title=f"Energy balance of {history.attrs.get('title', 'a run')}"

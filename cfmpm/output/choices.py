@@ -1,4 +1,4 @@
-"""What a run chose, and what it left out."""
+"""What a run chose by itself, and what it left out."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from cfmpm.scene.model import Scene
 
 
 def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]:
-    """List what a run of this scene does not do because the scene does not need it.
+    """List the parts of the method that a run of this scene does not use, with the reason.
 
     Parameters
     ----------
     scene : Scene
         Expanded.
     has_tips : bool
-        Whether any crack ends inside the body.
+        Whether there is any crack tip.
     finite : bool
-        Whether deformation was finite.
+        Whether the run used finite deformation.
 
     Returns
     -------
@@ -32,14 +32,14 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
     """
     if finite:
         items = [
-            "K_I, K_II, T: finite deformation has none; G is J",
+            "K_I, K_II, T: not defined at finite deformation; G is J",
         ]
         if scene.formulation == "total":
-            items.append("grid reset: all is in the reference configuration")
+            items.append("grid reset: the formulation is total Lagrangian")
     else:
         items = ["Newton loop, finite deformation: the scene is linear (finite_effect)"]
         if scene.growth is not None:
-            items.append("grid reset: at small strain the grid stays where it is")
+            items.append("grid reset: not needed at small strain")
     if scene.growth is None:
         reset = "" if scene.formulation == "updated" else ", grid reset"
         items.append(f"crack growth{reset}: the cracks are stationary")
@@ -48,18 +48,18 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
     elif scene.fracture.radii == 1 or (
         isinstance(scene.fracture.radii, list) and len(scene.fracture.radii) == 1
     ):
-        items.append("spread over radii: one radius only (fracture.radii: 3 asks for three)")
+        items.append("spread over radii: one domain radius only (fracture.radii: 3 gives three)")
     if scene.material.g_c is None and not finite:
         items.append("load at fracture: no material.g_c")
         if scene.fatigue is not None:
-            items.append("end of fatigue by fracture: no material.g_c")
+            items.append("fracture at the end of fatigue: no material.g_c")
     if not scene.output.fields and scene.output.every is None:
-        items.append("field output: not asked for (output.fields: true)")
+        items.append("field output: not requested (output.fields: true)")
     return items
 
 
 def choices(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
-    """Say what was chosen, as attributes of the history.
+    """Describe what was chosen, as attributes of the history.
 
     Parameters
     ----------
@@ -83,8 +83,8 @@ def choices(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
     if body.patches is not None:
         plastic = " or ".join(word for word, law in LAWS.items() if law.plastic)
         notes["near_incompressibility"] = (
-            f"nu above {LOCKING:g}, or {plastic}: change of volume averaged over "
-            f"{len(body.patches.nodes)} patches, of two or three triangles each"
+            f"nu above {LOCKING:g}, or {plastic}: volume change averaged over "
+            f"{len(body.patches.nodes)} patches of two or three triangles each"
         )
     if balance.contact_pairs:
         notes["contact"] = f"{balance.contact_pairs} pairs of crack face nodes closed at the end"
@@ -95,31 +95,31 @@ def choices(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
             "domain_clearance": [domain.clearance for domain in body.tip_domains],
             "domain_cut_back": [int(domain.cut_back) for domain in body.tip_domains],
             "domain_note": (
-                f"a domain fills at most {FILL} of the clearance of its tip, so that it holds no "
-                "outline, hole, other crack or tip, support or other material, nor, around a tip "
-                "that does not run, a bend of its own crack"
+                f"a domain radius is at most {FILL} of the clearance of the tip, so that the "
+                "domain contains no outline, hole, other crack or tip, support or other material, "
+                "nor, around a stationary tip, a kink of its own crack"
             ),
         }
     return notes
 
 
 def _formulation(scene: Scene) -> str:
-    """In which configuration."""
+    """Describe the formulation."""
     if scene.formulation == "total":
         return "total Lagrangian, "
     reset = {
-        "fixed": "a grid that goes back after every load step; no contact of crack faces",
-        "following": "a grid that follows boundary, crack faces and tips",
+        "fixed": "a grid that is reset after every load step; no contact of crack faces",
+        "following": "a grid that follows the boundary, crack faces and tips",
     }[scene.updated.grid]
-    summed = {"points": "points as they are", "domains": "exact particle domains"}
+    summed = {"points": "material points", "domains": "exact particle domains"}
     return f"updated Lagrangian on {reset}; integration by {summed[scene.updated.integration]}; "
 
 
 def _kinematics(balance: Equilibrium) -> str:
-    """How the body deforms, and what that left out."""
+    """Describe the kinematics and the estimated effect of what they neglect."""
     if balance.finite:
-        return "finite deformation: Newton's method in load steps, through stable states only"
-    chosen = "small strain: one linear solve a step"
+        return "finite deformation: Newton's method in load steps along stable states"
+    chosen = "small strain: one linear solve per step"
     if math.isnan(balance.finite_effect):
         return chosen
-    return f"{chosen}; by estimate finite deformation changes the energy as finite_effect says"
+    return f"{chosen}; finite_effect estimates the change of energy by finite deformation"

@@ -1,4 +1,4 @@
-"""A state of balance as the content of one UGRID file."""
+"""The fields of a state of equilibrium as the content of one UGRID file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def build_fields(result: Result) -> xr.Dataset:
-    """Lay out the last state of a run; see `state_fields`."""
+    """Return the fields of the last state of a run; see `state_fields`."""
     history = result.history
     solved = int(np.flatnonzero(np.isfinite(history["n_unknowns"].values))[-1])
     step, load_factor = int(history["step"][solved]), float(history["load_factor"][solved])
@@ -32,17 +32,16 @@ def build_fields(result: Result) -> xr.Dataset:
 def state_fields(
     state: State, step: int, load_factor: float, attributes: Mapping[str, Any]
 ) -> xr.Dataset:
-    """Lay out a state of balance by the UGRID conventions 1.0.
+    """Return the fields of a state of equilibrium by the UGRID conventions 1.0.
 
     Parameters
     ----------
     state : State
     step : int
     load_factor : float
-        At which the fields are wanted.
+        Load factor of the fields.
     attributes : mapping
-        Those that tell where a run comes from, as `output.provenance` gives them; others are left
-        out.
+        Attributes of provenance, from `output.provenance`; others are ignored.
 
     Returns
     -------
@@ -54,11 +53,11 @@ def state_fields(
 
     Notes
     -----
-    UGRID knows only linear faces. The faces of T3 are the elements; an element of order p becomes
-    p^2, so that every node keeps its values. Each face carries the state in its middle: with T6 the
-    corners that of their material point (the sub-triangles of the paper's section 2.3), the inner
-    one the mean of the three. The state is that at the places of the first material points: growth
-    moves the grid off its points.
+    UGRID has only linear faces. The faces of T3 are the elements; an element of order p is divided
+    into p^2 faces, so that every node keeps its values. Each face has the state at its centre: for
+    T6 a corner face that of its material point (the sub-triangles of the paper's section 2.3), the
+    inner face the mean of the three. The state is evaluated at the initial positions of material
+    points in an element, since growth moves nodes relative to the points.
     """
     grid, points = state.grid, state.points
     scale = state.balance.scale(load_factor)
@@ -95,8 +94,8 @@ def state_fields(
     fields = xr.Dataset(
         data, _coordinates(state, step, load_factor), _attributes(state.scene, attributes)
     )
-    # VTK's reader copies connectivity, fill value and start index into 32 bits without looking:
-    # 64 bits overwrite its memory. No face lacks a corner: a fill value would make plain xarray
+    # VTK's reader copies connectivity and start index into 32 bits without a check: 64-bit values
+    # overwrite its memory. Every face has its three corners: with a fill value plain xarray would
     # read the numbers as floats.
     fields["face_nodes"].encoding |= {"_FillValue": None, "dtype": "int32"}
     return fields
@@ -120,7 +119,7 @@ def _of_grid(grid: Grid, faces: Ints, element: Ints, face: dict[str, Any]) -> di
             "face",
             grid.regions[element].astype(np.int32),
             face
-            | _said("1", "part of the body with a material of its own")
+            | _said("1", "part of the body with its own material")
             | {
                 "flag_values": np.arange(len(grid.region_names), dtype=np.int32),
                 "flag_meanings": _words(grid.region_names),
@@ -135,7 +134,7 @@ def _words(names: Iterable[str]) -> str:
 
 
 def linear_faces(grid: Grid) -> tuple[Ints, Ints]:
-    """Return linear triangles that use every node of a grid, and the element of each.
+    """Divide the elements of a grid into linear triangles, whose corners are all nodes.
 
     Parameters
     ----------
@@ -144,8 +143,9 @@ def linear_faces(grid: Grid) -> tuple[Ints, Ints]:
     Returns
     -------
     faces : (f, 3) int
-        Those of `Element.faces`, element by element.
+        From `Element.faces`, element by element.
     element : (f,) int
+        Element of each face.
     """
     parts = grid.element.faces
     faces = grid.elements[:, parts].reshape(-1, 3)
@@ -170,7 +170,7 @@ def von_mises(stress: Floats) -> Floats:
 
 
 def _on_faces(values: Floats, grid: Grid) -> Floats:
-    """Values of points as they were seeded, element by element, on the faces."""
+    """Values on the faces from those at the initial points, element by element."""
     weights = grid.element.face_weights
     own = values.reshape(len(grid.elements), weights.shape[1], -1)
     on_faces = np.einsum("fq,eqc->efc", weights, own)
@@ -189,7 +189,7 @@ def _topology() -> dict[str, Any]:
 
 
 def _state_at_seeds(state: State) -> DeformedPoints:
-    """The state at the places of the first material points of a grid."""
+    """The state at the initial positions of material points in the elements of a grid."""
     grid, finite = state.grid, state.balance.finite
     if finite and state.body.quadrature is None:
         return state.points
@@ -229,13 +229,12 @@ def _cracks(mesh: Triangulation) -> dict[str, Any]:
 
 def crack_length(mesh: Triangulation) -> float:
     """Length of all cracks together [mm]."""
-    pairs = np.concatenate([np.empty((0, 2), np.int64), *mesh.cracks.values()])
-    return float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
+    return float(sum(mesh.crack_lengths.values()))
 
 
 def _coordinates(state: State, step: int, load_factor: float) -> dict[str, Any]:
     coordinates: dict[str, Any] = {
-        # ParaView animates along a dimension of this name and no other.
+        # ParaView animates only along a dimension of this name.
         "time": ("time", [float(step)], _said("1", "pseudo-time: the step") | {"axis": "T"}),
         "load_factor": ("time", [load_factor], _said("1", "factor on all loads of the scene")),
         "crack_length": (
@@ -246,7 +245,7 @@ def _coordinates(state: State, step: int, load_factor: float) -> dict[str, Any]:
     }
     for i, axis in enumerate("xy"):
         x, position = state.grid.nodes[:, i], state.points.position[:, i]
-        # xugrid and VTK ask for the standard name, and take mm as well as m.
+        # xugrid and VTK require the standard name; they accept mm as well as m.
         coordinates[f"node_{axis}"] = (
             "node",
             x,
@@ -280,7 +279,7 @@ _SHARED_ATTRIBUTES = (
 
 
 def _now(dimension: str, values: Floats, attributes: dict[str, Any]) -> tuple[Any, ...]:
-    """A variable of the one time of the file."""
+    """A variable at the single time of the file."""
     return ("time", dimension), values[None], attributes
 
 

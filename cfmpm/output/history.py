@@ -27,7 +27,7 @@ from cfmpm.scene.model import Scene
 
 @dataclass
 class StepRecord:
-    """What one step adds to the history; every key of `values` is one of `VARIABLES`.
+    """The values of one step of the history; every key of `values` is one of `VARIABLES`.
 
     Attributes
     ----------
@@ -37,9 +37,9 @@ class StepRecord:
     seconds : mapping of str to float
         Wall time of each phase [s].
     conjugates : (float, float, float)
-        What loads do work with when the load factor changes: the sum of dead forces (at factor one)
-        times displacements, and that of reactions times prescribed displacements (at factor one)
-        [N]; and, of the fixed loads, the sum of dead forces times displacements.
+        Work conjugates of the load factor [N]: the sum of dead forces (at factor one) times
+        displacements; the sum of reactions times prescribed displacements (at factor one); and, for
+        the fixed loads, the sum of dead forces times displacements.
     """
 
     load_factor: float
@@ -59,28 +59,28 @@ def build_history(
     notes: Mapping[str, Any],
     stability: NDArray[np.int8] | None = None,
 ) -> xr.Dataset:
-    """Gather the steps of a run into one dataset.
+    """Collect the steps of a run in one dataset.
 
     Parameters
     ----------
     scene : Scene
-        As the user wrote it; its effective configuration goes into the attributes.
+        As given by the user; its effective configuration is an attribute.
     records : sequence of StepRecord
     ending : Ending
-        Of the run.
+        End of the run.
     tips, boundaries : sequence of str
     radii : sequence of float
         Nominal domain radii [mm].
     notes : mapping
-        Further attributes: text, numbers, or lists, which become JSON text: of a list netCDF keeps
-        neither that it is empty nor that it has one entry.
+        Further attributes: text, numbers, or lists. Lists become JSON text, since netCDF does not
+        preserve lists of no or one entry.
     stability : (step,) int8, optional
         Index into `STABILITY`; default undefined.
 
     Returns
     -------
     xarray.Dataset
-        Dimensions step, tip, radius, boundary and phase; what a run did not compute is nan.
+        Dimensions step, tip, radius, boundary and phase; values that were not computed are nan.
     """
     phases = list(dict.fromkeys(phase for record in records for phase in record.seconds))
     sizes = {
@@ -133,7 +133,7 @@ def build_history(
 def _status(
     ending: Ending, steps: int, stability: NDArray[np.int8] | None
 ) -> dict[str, tuple[Any, ...]]:
-    """How the run ended, and how the cracks go on from each step."""
+    """Status of the run, and stability of growth from each step on."""
     return {
         "run_status": (
             (),
@@ -164,14 +164,14 @@ def _spread(name: str, values: NDArray[np.float64]) -> tuple[Any, ...]:
         np.ptp(values, axis=2) if several else np.full(values.shape[:2], np.nan),
         {
             "units": VARIABLES[name][1],
-            "long_name": f"largest less smallest {name} over the radii: its uncertainty as far as "
-            "the domain goes; the error of the grid comes on top",
+            "long_name": f"largest minus smallest {name} over the domain radii: the uncertainty of "
+            "its evaluation, without the discretisation error",
         },
     )
 
 
 def _flags(meanings: Sequence[str]) -> dict[str, Any]:
-    """Attributes of a variable whose values are indices into words."""
+    """Attributes of a variable whose values are indices of words."""
     return {
         "flag_values": np.arange(len(meanings), dtype=np.int8),
         "flag_meanings": " ".join(meanings),

@@ -1,4 +1,4 @@
-"""The record that a run keeps: values of each step, what was chosen, left out and doubtful."""
+"""The record of a run: values of each step, choices, omissions and warnings."""
 
 from __future__ import annotations
 
@@ -18,38 +18,39 @@ from cfmpm.ending import Ending, LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
-from cfmpm.output import choices, variables, warnings
+from cfmpm.output import choices, variables
 from cfmpm.output.history import StepRecord, build_history
+from cfmpm.output.warnings import of_history, of_state
 from cfmpm.registry.solvers import SOLVERS
 from cfmpm.registry.table import load
 from cfmpm.scene.model import Scene
 from cfmpm.state import Stage, State
 
-# What a tip inside a body does.
+# Status of a tip inside the body.
 _INSIDE = ("growing", "stopped")
 
 
 @dataclass(frozen=True)
 class Origin:
-    """What a run starts from, by which later steps are named and measured.
+    """The tips, loaded parts and radii at the start of a run, which are those of its history.
 
     Attributes
     ----------
     tips : dict of str to (str, int)
         Crack and end of each tip.
     boundaries : list of str
-        The loaded parts.
+        Names of the loaded parts.
     radii : list of float
         Nominal domain radii [mm].
     """
 
-    tips: dict[str, tuple[str, int]]
+    tips: Mapping[str, tuple[str, int]]
     boundaries: list[str]
     radii: list[float]
 
     @classmethod
     def of(cls, scene: Scene, body: Body) -> Self:
-        """The origin of a run that starts with a body of a scene."""
+        """The origin of a run that starts with this body."""
         loading = body.loading if body.motion is None else body.motion.loading
         return cls(
             tips={tip.name: (tip.crack, tip.end) for tip in body.grid.tips},
@@ -59,12 +60,12 @@ class Origin:
 
 
 class Record:
-    """The steps of a run, as they come.
+    """Collects the steps of a run.
 
     Parameters
     ----------
     scene : Scene
-        As the user wrote it.
+        As given by the user.
     full : Scene
         Expanded.
     origin : Origin
@@ -81,11 +82,11 @@ class Record:
 
     @classmethod
     def of(cls, scene: Scene, stage: Stage) -> Self:
-        """The record of a run of a scene that starts with a stage."""
+        """The record of a run that starts with this stage."""
         return cls(scene, stage.scene, Origin.of(stage.scene, stage.body))
 
     def add(self, state: State, seconds: Mapping[str, float]) -> None:
-        """Add a state of balance.
+        """Add a state of equilibrium.
 
         Parameters
         ----------
@@ -129,44 +130,44 @@ class Record:
             values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
         self.steps.append(StepRecord(factor, values, seconds, conjugates))
         self.notes |= choices.choices(self.full, body, balance)
-        self.warnings |= dict.fromkeys(warnings.doubts(self.full, body, balance, scale))
-        self.warnings |= dict.fromkeys(warnings.doubts_at_tips(body, tips))
-        self.warnings |= dict.fromkeys(warnings.doubts_of_fixed_loads(body, balance, tips))
+        self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance, scale))
+        self.warnings |= dict.fromkeys(of_state.doubts_at_tips(body, tips))
+        self.warnings |= dict.fromkeys(of_state.doubts_of_fixed_loads(body, balance, tips))
 
     def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
-        """Gather the record of a run that has ended.
+        """Return the history of a run that has ended.
 
         Parameters
         ----------
         end : RunEnded
-            With the last position of the cracks, where they ran on after the last state.
+            With the last position of the cracks, if they grew after the last state.
         seconds : mapping of str to float
-            Wall time of each phase since that [s].
+            Wall time of each phase since the last state [s].
         """
         ending = end.ending
         if end.cracks is not None:
             severed = ending.status == "severed"
             cut = self._add_cracks(end.cracks, seconds, "severed" if severed else "stopped")
             if severed:
-                ending = replace(ending, text=f"{ending.text}; cut off by {' and '.join(cut)}")
+                ending = replace(ending, text=f"{ending.text}; severed by {' and '.join(cut)}")
         return self.history(ending)
 
     def _add_cracks(
         self, cracks: LastCracks, seconds: Mapping[str, float], inside: str
     ) -> list[str]:
-        """Add the last position of the cracks, in a body that is not solved any more.
+        """Add the last position of the cracks, in a body that is no longer solved.
 
         Parameters
         ----------
         cracks : LastCracks
         seconds : mapping of str to float
         inside : {"severed", "stopped"}
-            What to call tips that have not arrived.
+            Status of the tips that have not arrived.
 
         Returns
         -------
         list of str
-            The cracks that have arrived in this step.
+            Names of the cracks that have arrived in this step.
         """
         values = self._of_line_ends(cracks.triangulation)
         status, (growing, stopped) = values["tip_status"], map(variables.TIP_STATUS.index, _INSIDE)
@@ -181,7 +182,7 @@ class Record:
         return list(dict.fromkeys(np.array(names)[arrived].tolist()))
 
     def history(self, ending: Ending) -> xr.Dataset:
-        """Gather the record into a dataset.
+        """Convert the record to a dataset.
 
         Parameters
         ----------
@@ -202,15 +203,15 @@ class Record:
         )
         growth = self.full.growth
         found = (
-            warnings.doubts_of_domains(history)
+            of_history.doubts_of_domains(history)
             if growth is None
-            else warnings.doubts_of_path(history, growth)
+            else of_history.doubts_of_path(history, growth)
         )
         history.attrs["warnings"] = json.dumps([*self.warnings, *found], ensure_ascii=False)
         return history
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:
-        """Where each crack ends, and what it does there."""
+        """Position and status of each tip, and its values of fatigue."""
         values = self._of_line_ends(body.triangulation)
         progress = decision.progress
         rates = {} if progress is None else progress.rates
@@ -226,46 +227,44 @@ class Record:
         return values
 
     def _of_line_ends(self, mesh: Triangulation) -> dict[str, Any]:
-        lengths = _lengths(mesh)
-        nodes = {name: _end_node(mesh, *place) for name, place in self.origin.tips.items()}
+        lengths = mesh.crack_lengths
+        nodes = {name: mesh.end_of(*place) for name, place in self.origin.tips.items()}
         return {
             "tip_x": np.array([mesh.nodes[node, 0] for node in nodes.values()]),
             "tip_y": np.array([mesh.nodes[node, 1] for node in nodes.values()]),
             "crack_length": np.array([lengths[crack] for crack, _ in self.origin.tips.values()]),
             "tip_status": np.array(
                 [
-                    variables.TIP_STATUS.index(self._arrival(mesh, crack, nodes[name]))
-                    for name, (crack, _) in self.origin.tips.items()
+                    variables.TIP_STATUS.index(self._arrival(mesh, *place))
+                    for place in self.origin.tips.values()
                 ],
                 float,
             ),
         }
 
-    def _arrival(self, mesh: Triangulation, crack: str, node: int) -> str:
-        """Say where the end of a crack lies."""
-        for name, pairs in mesh.edges.items():
-            if (pairs == node).any():
-                return "arrived_hole" if name in self.holes else "arrived_boundary"
-        met = sum(int((pairs == node).sum()) for pairs in mesh.cracks.values())
-        return "arrived_crack" if met > 1 else "stopped"
+    def _arrival(self, mesh: Triangulation, crack: str, end: int) -> str:
+        """Status of the end of a crack by its position."""
+        edge = mesh.edge_at(mesh.end_of(crack, end))
+        if edge is not None:
+            return "arrived_hole" if edge in self.holes else "arrived_boundary"
+        return "stopped" if mesh.is_tip(crack, end) else "arrived_crack"
 
     def _jumped(self, status: NDArray[np.float64]) -> bool:
-        """Whether a tip has broken through to where it arrived since the step before."""
+        """Whether a tip has arrived, through a last ligament, since the step before."""
         if not self.steps:
             return False
-        arrived = [word.startswith("arrived") for word in variables.TIP_STATUS]
         now, before = (
-            np.array(arrived)[np.asarray(flags, int)]
+            np.isin(flags, variables.ARRIVED_FLAGS)
             for flags in (status, self.steps[-1].values["tip_status"])
         )
         return bool((now & ~before).any())
 
     def _work_done(self, body: Body, balance: Equilibrium, factor: float, *, jumped: bool) -> float:
-        """Work of the loads from the start, by the trapezoidal rule over the steps [N].
+        """External work since the start, by the trapezoidal rule over the steps [N].
 
-        Fixed loads do theirs by the motion alone; to begin with they grow together with the others.
-        Where a last ligament has broken it did so at the load of the step before, by itself; the
-        load has changed after that.
+        The work of fixed loads follows from the displacement alone; in the first step they are
+        increased together with the proportional loads. A last ligament breaks at the load factor
+        of the step before; the load factor changes after that.
         """
         now = _conjugates(body, balance, balance.scale(factor))
         work, last_factor, last = 0.0, 0.0, (0.0, 0.0, 0.0)
@@ -282,14 +281,14 @@ class Record:
         return work + 0.5 * (now[1] + last[1]) * (factor - last_factor)
 
     def _stability(self) -> NDArray[np.int8]:
-        """How the cracks go on from each step, as far as crack control tells."""
+        """Stability of growth from each step on, under crack control."""
         growth = self.full.growth
         if growth is None or growth.control != "crack":
             return np.zeros(len(self.steps), np.int8)
         factor = np.array([step.load_factor for step in self.steps])
         dead, grip, _ = np.array([step.conjugates for step in self.steps]).reshape(-1, 3).T
-        # With grips besides, the force is still that of all loads; nan is a last position of the
-        # cracks alone.
+        # With prescribed displacements besides, the force is still that of all loads. Steps that
+        # hold only the last position of the cracks are nan.
         path = (factor, dead) if np.any(np.abs(dead) > 0.0) else (grip, factor)
         flags = stability.classify(*path)
         jumps = np.array([step.values.get("jump", 0.0) for step in self.steps], float) > 0.0
@@ -297,23 +296,10 @@ class Record:
         return flags
 
 
-def _lengths(mesh: Triangulation) -> dict[str, float]:
-    """Length of each crack [mm]."""
-    return {
-        name: float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
-        for name, pairs in mesh.cracks.items()
-    }
-
-
-def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
-    pairs = mesh.cracks[crack]
-    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
-
-
 def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float, float]:
-    """What the dead loads have moved through and the force on the grips; see `StepRecord` [N]."""
+    """Work conjugates of dead loads, grips and fixed loads; see `StepRecord` [N]."""
     loading = body.loading
-    # Zero where a support prescribes the displacement: a force there does no work.
+    # Zero where the displacement is prescribed: a force there does no work.
     free = balance.displacement - loading.at(balance.load_factor).displacement
     dead, grip, fixed = _sums(loading, free, balance.internal_force - balance.contact_force)
     return scale * dead, scale * grip, scale * fixed
@@ -322,7 +308,7 @@ def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, 
 def _conjugates_at(
     body: Body, balance: Equilibrium, factor: float, other: float
 ) -> tuple[float, float, float] | None:
-    """The same of a linear body at another load factor; None where that is not known."""
+    """The same for a linear body at another load factor; None where unknown."""
     now = _conjugates(body, balance, balance.scale(factor))
     if balance.parts is None:
         return (
@@ -338,7 +324,7 @@ def _conjugates_at(
 
 
 def _sums(loading: Loading, free: Floats, force: Floats) -> tuple[float, float, float]:
-    """Sums of dead forces times motion, of forces times prescribed motion, and of fixed forces."""
+    """Sums of dead force times displacement, force times prescribed displacement, fixed force."""
     unit = loading.proportional
     fixed = 0.0 if loading.fixed is None else float((loading.fixed.force * free).sum())
     return float((unit.force * free).sum()), float((force * unit.displacement).sum()), fixed
@@ -353,7 +339,7 @@ def _work_on_fixed_grips(body: Body, balance: Equilibrium) -> float:
 
 
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
-    """Energies, counts and the forces and displacements of the loaded parts."""
+    """Energies, counts, and forces and displacements of the loaded parts."""
     loading, source, u = body.loading, balance.points, balance.displacement
     applied = loading.at(balance.load_factor).force
     held = balance.internal_force - applied - balance.contact_force
@@ -367,7 +353,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     motion = np.array(
         [(part.weights[:, None] * u[part.nodes]).sum(axis=0) for part in parts]
     ).reshape(-1, 2)
-    # A part at which nothing but round-off is left has no direction of force.
+    # A force that is only round-off has no direction.
     size = np.hypot(*reaction.T)
     felt = size > 1e-9 * np.abs(balance.internal_force).max(initial=0.0)
     along = np.full(len(size), np.nan)
@@ -406,16 +392,16 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
 
 
 def _negative_pivots(solver: str) -> float:
-    """Number of negative pivots of a state that was accepted.
+    """Number of negative pivots of an accepted state.
 
-    None: a solver that finds one raises. nan where the solver has no pivots to count; zero where
-    nothing had to be solved.
+    It is zero, since a direct solver raises an error for a negative pivot; nan for an iterative
+    solver, which has no pivots.
     """
     return 0.0 if not solver or load(SOLVERS[solver].place).direct else np.nan
 
 
 def _nominal_radii(scene: Scene, body: Body) -> list[float]:
-    """The radii asked for, else those of the tip with the most room."""
+    """The requested radii, by default those of the tip with the largest clearance."""
     if not isinstance(scene.fracture.radii, int):
         return list(scene.fracture.radii)
     if not body.tip_domains:

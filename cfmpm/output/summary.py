@@ -1,4 +1,4 @@
-"""What a run or a check says at its end, as plain text of at most 100 columns."""
+"""Summary of a run or a check as plain text of at most 100 columns."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Grid
 from cfmpm.output.analysis import parts_of_gap, resolved_steps
-from cfmpm.output.warnings import doubts_before
+from cfmpm.output.warnings.of_scene import doubts_before
 from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
 from cfmpm.scene import Scene
 from cfmpm.state import Result
 
 WIDTH = 100
-# Name in the history, what it is called, and its unit.
+# Name in the history, label, unit.
 _OF_TIPS = (
     ("G", "G", "N/mm"),
     ("G_kink", "G of the kink", "N/mm"),
     ("J", "J", "N/mm"),
-    ("J_plastic", "what plastic work adds to J", "N/mm"),
+    ("J_plastic", "plastic part of J", "N/mm"),
     ("cf_norm", "|CF|", "N/mm"),
     ("cf_angle", "angle of CF from the crack", "deg"),
     ("K_I", "K_I", "MPa mm^0.5"),
@@ -35,18 +35,22 @@ _OF_TIPS = (
     ("critical_load_factor", "load factor at fracture", ""),
 )
 _TIPS_ABREAST = 2
-# A kink that changes G by less than this part is none worth a line.
+# The row of G of the kink is omitted if it differs from G by less than this relative difference.
 STRAIGHT = 1e-3
 
 
 def of_run(result: Result, written: Sequence[Path]) -> str:
-    """Sum up a run.
+    """Summarize a run.
 
     Parameters
     ----------
     result : Result
     written : sequence of Path
-        The files it was written to.
+        Files of the result.
+
+    Returns
+    -------
+    str
     """
     whole = result.history
     solved = np.flatnonzero(np.isfinite(whole["n_unknowns"].values))
@@ -59,8 +63,8 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
         blocks.append(_growth_table(whole, some) if growing else _tip_table(history, some))
     if tips and not growing and history.sizes["radius"] > 1:
         blocks.append(
-            f"In brackets: largest less smallest over {history.sizes['radius']} domain radii; the "
-            "error of the grid comes on top."
+            f"In brackets: range over {history.sizes['radius']} domain radii. It does not contain "
+            "the discretisation error."
         )
     blocks += _warnings(history)
     seconds = {str(t["phase"].values): float(t.sum()) for t in whole["wall_time"].T}
@@ -90,11 +94,11 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
 
 
 def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
-    """How finite deformation got to its load, and where it ended."""
+    """Load and iterations at finite deformation, or the estimate of its effect at small strain."""
     steps = float(last["substeps"])
     if not steps > 0.0:
         effect = float(abs(whole["finite_effect"]).max())
-        said = f"finite deformation, left out, would change the energy by about {effect:.1e}"
+        said = f"finite deformation would change the energy by a fraction of about {effect:.1e}"
         return [("strain", f"small; {said}")] if np.isfinite(effect) else []
     return [
         (
@@ -107,7 +111,7 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def of_check(scene: Scene, start: Body, solver: str, left_out: Sequence[str], written: Path) -> str:
-    """Sum up a scene before it is solved.
+    """Summarize a scene before it is solved.
 
     Parameters
     ----------
@@ -115,10 +119,14 @@ def of_check(scene: Scene, start: Body, solver: str, left_out: Sequence[str], wr
         Expanded.
     start : Body
     solver : str
-        That would be taken.
+        The solver that a run would use.
     left_out : sequence of str
     written : Path
-        The picture.
+        The figure.
+
+    Returns
+    -------
+    str
     """
     tips = [
         f"{tip.name} at {_place(*start.grid.nodes[tip.node])} mm: element size {tip.h:.3g}, "
@@ -141,7 +149,7 @@ def of_check(scene: Scene, start: Body, solver: str, left_out: Sequence[str], wr
 
 
 def _with_two_tips(grid: Grid) -> list[str]:
-    """Which cracks are closed at both ends: one was perhaps meant to be open at an edge."""
+    """Cracks with two tips, in case one end was meant to lie on an edge or a hole."""
     cracks = [tip.crack for tip in grid.tips]
     return [
         f"{name} has two tips: neither end is on an edge or a hole"
@@ -151,24 +159,24 @@ def _with_two_tips(grid: Grid) -> list[str]:
 
 
 def _growth_plan(scene: Scene) -> list[str]:
-    """What the cracks will do."""
+    """Load, criterion and direction of crack growth."""
     growth = scene.growth
     if growth is None:
         return []
     quantity = DRIVING_FORCES[growth.criterion].description
     load = {
-        "load": f"at the load of the scene, tips run whose {quantity} reaches g_c",
-        "crack": f"increment by increment, at the load at which {quantity} of the first tip is g_c",
-        "fatigue": "by cycles of load, all tips above the threshold by Paris' law, until "
-        f"{quantity} of one reaches g_c",
+        "load": f"at the load of the scene, every tip grows whose {quantity} reaches g_c",
+        "crack": f"in each increment at the load at which {quantity} of the first tip is g_c",
+        "fatigue": "by load cycles, every tip above the threshold by Paris' law, until "
+        f"{quantity} of a tip reaches g_c",
     }[growth.control]
     direction = DIRECTIONS[growth.direction].description
-    runs = "; of several tips the largest alone" if growth.tips == "largest" else ""
-    return [f"{load}{runs}; in the direction {direction}; {growth.increments} increments at most"]
+    runs = "; only the tip with the largest driving force" if growth.tips == "largest" else ""
+    return [f"{load}{runs}; in the direction {direction}; at most {growth.increments} increments"]
 
 
 def _warnings(history: xr.Dataset) -> list[str]:
-    """What spoils the values, as the run itself says."""
+    """The warnings of the run."""
     texts = json.loads(history.attrs["warnings"])
     return ["\n".join(textwrap.wrap(text, WIDTH)) for text in texts]
 
@@ -188,12 +196,12 @@ def _sizes(scene: Scene, of: Body | Result) -> list[tuple[str, str]]:
         ("points", f"{len(of.points)}"),
     ]
     if held:
-        facts.append(("supports", f"{held} rigid motions, on which no load works, held at nodes"))
+        facts.append(("supports", f"{held} rigid motions, free of load, are held at nodes"))
     return facts
 
 
 def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
-    """Quantities down, tips across; each value with its spread."""
+    """Table of a row per quantity and a column per tip; each value with its spread."""
     rows = [["", *(_shortened(tip) for tip in tips)]]
     at = history.sel(tip=list(tips))
     places = zip(at["tip_x"].values, at["tip_y"].values, strict=True)
@@ -201,7 +209,7 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
     for name, called, unit in _OF_TIPS:
         values = at[name].values
         if np.isnan(values).all() or (name == "G" and np.isnan(at["K_I"]).all()):
-            continue  # of what the scene has not; G is J where there is no K
+            continue  # not computed; without K, G is J
         if name == "G_kink" and np.allclose(values, at["G"], rtol=STRAIGHT, equal_nan=True):
             continue
         spread = (
@@ -222,7 +230,7 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
 
 
 def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
-    """What became of each tip: quantities down, tips across."""
+    """Table of crack growth: a row per quantity and a column per tip."""
     meanings = whole["tip_status"].attrs["flag_meanings"].split()
     # Finite deformation has no K; G is J there.
     ranges = {"G [N/mm]": "G"}
@@ -247,7 +255,7 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
             column[called] = f"{float(first[key]):.6g} to {float(last[key]):.6g}"
         if "K_I" in ranges.values():
             apart = np.abs(_apart(tip))[resolved_steps(tip)]
-            column["J / G - 1, at most"] = f"{np.nanmax(apart, initial=0.0):.1e}"
+            column["J / G - 1, largest"] = f"{np.nanmax(apart, initial=0.0):.1e}"
             column["first kink angle [deg]"] = f"{float(first['kink_angle']):.3f}"
         columns.append(column)
     rows = [[called, *(column[called] for column in columns)] for called in columns[0]]
@@ -259,13 +267,13 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
 
 
 def _apart(tips: xr.Dataset) -> NDArray[np.float64]:
-    """How far J and G from K_I and K_II differ, which they would not on a fine enough grid."""
+    """Relative difference of J and of G from K_I and K_II, a measure of discretisation error."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return (tips["J"] / tips["G"] - 1.0).values
 
 
 def _growth_facts(result: Result) -> list[tuple[str, str]]:
-    """How the growth went as a whole."""
+    """End, increments, loads and energy balance of crack growth."""
     whole, growth = result.history, result.scene.growth
     ending = whole.attrs["ending"]
     facts = [("ended", ending), ("increments", f"{whole.sizes['step'] - 1}")]
@@ -274,23 +282,23 @@ def _growth_facts(result: Result) -> list[tuple[str, str]]:
     factor = np.where(np.isfinite(whole["load_factor"]), whole["load_factor"], np.nan)
     if np.ptp(factor[np.isfinite(factor)]) > 0.0:
         facts += _loads_of_growth(whole, factor)
-    # At a given load a crack jumps, and what it sets free beyond g_c is not balanced.
+    # Under load control the energy released beyond g_c is not balanced by any other term.
     if growth is not None and growth.control == "crack":
         work, spent = parts_of_gap(whole)
         facts.append(
             (
                 "balance",
-                f"work less strain energy less g_c times new length is at most {work:.1e} of the "
-                f"work, and at the end {spent:.1e} of g_c times new length"
-                + (", but for jumps" if (whole["jump"] > 0.0).any() else ""),
+                "energy gap (external work - strain energy - fracture energy): at most "
+                f"{work:.1e} of the external work; at the end {spent:.1e} of the fracture energy"
+                + ("; without jumps" if (whole["jump"] > 0.0).any() else ""),
             )
         )
         lost = whole["energy_gap"].diff("step")
         facts += _list(
             "jumps",
             [
-                f"step {int(step['step'])}: as a tip breaks through, {float(step):.4g} N mm per mm "
-                "go into motion"
+                f"step {int(step['step'])}: {float(step):.4g} N mm per mm become kinetic energy "
+                "as a tip breaks through"
                 for step in lost[whole["jump"].values[1:] > 0.0]
             ],
         )
@@ -298,26 +306,26 @@ def _growth_facts(result: Result) -> list[tuple[str, str]]:
 
 
 def _pressed(last: xr.Dataset) -> list[tuple[str, str]]:
-    """What the faces of cracks do to each other."""
+    """Contact of crack faces."""
     pairs = int(last["contact_pairs"])
     if not pairs:
         return []
     overlap = max(0.0, -float(last["min_opening"].min()))
-    return [("contact", f"{pairs} pairs of nodes pressed together, overlap {overlap:.1e} mm")]
+    return [("contact", f"{pairs} pairs of nodes in contact, overlap {overlap:.1e} mm")]
 
 
 def _loads_of_growth(whole: xr.Dataset, factor: NDArray[np.float64]) -> list[tuple[str, str]]:
-    """At which loads the cracks ran: factors, and the forces on what is held or pulled."""
+    """Load factors of crack growth, and the largest forces on the loaded parts."""
     grown = np.flatnonzero(np.diff(whole["crack_length"].values, axis=0).max(axis=1) > 0.0)
     highest = int(np.nanargmax(factor))
     first = f"{factor[grown[0]]:.6g} at first growth, " if grown.size else ""
-    facts = [("load factor", f"{first}{factor[highest]:.6g} at most, in step {highest + 1}")]
+    facts = [("load factor", f"{first}largest {factor[highest]:.6g} in step {highest + 1}")]
     force = np.hypot(whole["reaction_x"].values, whole["reaction_y"].values).T
     forces = []
     for name, values in zip(whole["boundary"].values, force, strict=True):
         if np.nanmax(values, initial=0.0) > 0.0:
             at = int(np.nanargmax(values))
-            forces.append(f"{values[at]:.6g} N/mm on {name} at most, in step {at + 1}")
+            forces.append(f"largest on {name} {values[at]:.6g} N/mm in step {at + 1}")
     return facts + _list("force", forces)
 
 
@@ -344,7 +352,7 @@ def _list(title: str, items: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _facts(facts: Sequence[tuple[str, str]]) -> str:
-    """Two columns; what is too long for its line goes on below itself."""
+    """Format names and texts as two columns; long texts are wrapped within theirs."""
     margin = max(len(name) for name, _ in facts) + 2
     lines = []
     for name, text in facts:

@@ -1,94 +1,120 @@
-"""The variables of a history: names, units, meaning, and how they grow with the load."""
+"""The variables of a history: names, units, meaning, and how they scale with the load factor."""
 
 from __future__ import annotations
 
+# What became of a tip, in the order of the flag values of `tip_status`.
+ARRIVED = ("arrived_boundary", "arrived_hole", "arrived_crack")
 TIP_STATUS = (
     "growing",
     "stopped",
-    "arrived_boundary",
-    "arrived_hole",
-    "arrived_crack",
-    "severed",  # inside a body that another crack has cut apart
+    *ARRIVED,
+    "severed",  # inside a body that another crack has severed
 )
+ARRIVED_FLAGS = tuple(map(TIP_STATUS.index, ARRIVED))
 STEP, TIP, RADIUS = ("step",), ("step", "tip"), ("step", "tip", "radius")
 _STRESS_INTENSITY = "MPa mm0.5"
 
+_CF_PLASTIC = "contribution of plastic work to the configurational force"
 _REACTION = (
-    "force on the body at the loaded part: what the load applies, or what its prescribed "
-    "components exert; of supports that share a node the first has its force"
+    "force on the body at the loaded part: the applied force, or the reaction of its prescribed "
+    "components; the reaction of a node shared by supports counts for the first of them"
 )
 # Name: dimensions, units, long name.
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tip_x": (TIP, "mm", "position of the crack tip"),
     "tip_y": (TIP, "mm", "position of the crack tip"),
-    "crack_length": (TIP, "mm", "length of the crack line that ends in the tip"),
-    "tip_status": (TIP, "1", "what the tip does"),
+    "crack_length": (TIP, "mm", "length of the crack line that ends at the tip"),
+    "tip_status": (TIP, "1", "status of the tip"),
     "cf_x": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
     "cf_y": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
     "cf_norm": (TIP, "N mm-1", "norm of the configurational force on the largest domain"),
     "cf_angle": (TIP, "degree", "angle of the configurational force from the crack tangent"),
     "cf_tip_x": (TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
     "cf_tip_y": (TIP, "N mm-1", "configurational force on the tip node (paper eq 26)"),
-    "cf_plastic_x": (TIP, "N mm-1", "what plastic work adds to the configurational force"),
-    "cf_plastic_y": (TIP, "N mm-1", "what plastic work adds to the configurational force"),
-    "J_plastic": (TIP, "N mm-1", "what plastic work adds to J, which is of the stored energy"),
-    "J": (TIP, "N mm-1", "domain integral along the crack tangent, largest ring"),
+    "cf_plastic_x": (TIP, "N mm-1", _CF_PLASTIC),
+    "cf_plastic_y": (TIP, "N mm-1", _CF_PLASTIC),
+    "J_plastic": (TIP, "N mm-1", "contribution of plastic work to J, to be added to J"),
+    "J": (
+        TIP,
+        "N mm-1",
+        "J-integral of the elastic energy along the crack tangent, largest domain radius",
+    ),
     "G": (
         TIP,
         "N mm-1",
-        "energy release rate from K_I and K_II, largest ring; at finite deformation J",
+        "energy release rate from K_I and K_II, largest domain radius; J at finite deformation",
     ),
-    "G_kink": (TIP, "N mm-1", "what drives the tip in the direction in which it would kink"),
-    "K_I": (TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest ring"),
-    "K_II": (TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest ring"),
-    "T_stress": (TIP, "MPa", "T-stress, largest ring"),
+    "G_kink": (TIP, "N mm-1", "energy release rate of a kink in the direction of growth"),
+    "K_I": (TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest domain radius"),
+    "K_II": (TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest domain radius"),
+    "T_stress": (TIP, "MPa", "T-stress, largest domain radius"),
     "cf_norm_grid": (
         TIP,
         "N mm-1",
-        "norm of the configurational force on a disc of the grid, where that is reset",
+        "norm of the configurational force on a disc of the grid; for a grid that is reset",
     ),
-    "tip_drift": (TIP, "mm", "distance of the material's tip from that of the grid, if reset"),
+    "tip_drift": (
+        TIP,
+        "mm",
+        "distance between the crack tips of the material and of the grid; for a grid that is reset",
+    ),
     "kink_angle": (TIP, "degree", "angle of largest hoop stress from the crack tangent"),
-    "clearance": (TIP, "mm", "distance to the nearest thing that no domain may hold"),
+    "clearance": (TIP, "mm", "distance to the nearest object that a domain must not contain"),
     "tip_size": (TIP, "mm", "element size at the tip"),
-    "min_opening": (TIP, "mm", "smallest opening of the crack's faces, negative in overlap"),
+    "min_opening": (TIP, "mm", "smallest opening of the crack faces; negative where they overlap"),
     "critical_load_factor": (TIP, "1", "load factor at which G_kink reaches g_c"),
-    "domain_radius": (RADIUS, "mm", "radius of the domain, as used"),
-    "J_radius": (RADIUS, "N mm-1", "domain integral along the crack tangent"),
-    "J_plastic_radius": (RADIUS, "N mm-1", "what plastic work adds to J"),
+    "domain_radius": (RADIUS, "mm", "radius used for the domain"),
+    "J_radius": (RADIUS, "N mm-1", "J-integral of the elastic energy along the crack tangent"),
+    "J_plastic_radius": (RADIUS, "N mm-1", "contribution of plastic work to J"),
     "G_radius": (RADIUS, "N mm-1", "energy release rate from K_I and K_II"),
     "K_I_radius": (RADIUS, _STRESS_INTENSITY, "stress intensity factor of mode I"),
     "K_II_radius": (RADIUS, _STRESS_INTENSITY, "stress intensity factor of mode II"),
     "T_stress_radius": (RADIUS, "MPa", "T-stress"),
     "cf_norm_radius": (RADIUS, "N mm-1", "norm of the configurational force on the domain"),
-    "cf_angle_radius": (RADIUS, "degree", "angle of the configurational force, from the tangent"),
+    "cf_angle_radius": (
+        RADIUS,
+        "degree",
+        "angle of the configurational force from the crack tangent",
+    ),
     "strain_energy": (STEP, "N", "strain energy per mm of thickness (N mm/mm)"),
-    "plastic_work": (STEP, "N", "plastic work per mm of thickness (N mm/mm); nan without flow"),
+    "plastic_work": (
+        STEP,
+        "N",
+        "plastic work per mm of thickness (N mm/mm); nan without plasticity",
+    ),
     "external_work": (STEP, "N", "work of the loads per mm of thickness (N mm/mm)"),
     "fracture_energy": (STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
     "energy_gap": (STEP, "N", "external_work less strain_energy less fracture_energy"),
-    "jump": (STEP, "1", "1 where a tip has broken through to what it met, at the load before"),
+    "jump": (STEP, "1", "1 where a tip broke through its last ligament at the load before"),
     "newton_iterations": (STEP, "1", "Newton iterations so far; 0 for a linear solve"),
-    "substeps": (STEP, "1", "load steps so far, those in between included; 0 for a linear solve"),
+    "substeps": (STEP, "1", "load steps so far, including substeps; 0 for a linear solve"),
     "finite_effect": (
         STEP,
         "1",
-        "part of the energy that finite deformation, left out, would change: an estimate",
+        "estimated relative change of the strain energy by finite deformation, if neglected",
     ),
     "residual_norm": (STEP, "1", "largest unbalanced force over the largest nodal force"),
     "negative_pivots": (STEP, "1", "negative pivots of the stiffness; nan by amg"),
-    "unstable_points": (STEP, "1", "points that lost ellipticity; nan: linear, not looked at"),
+    "unstable_points": (STEP, "1", "points that have lost ellipticity; nan at small strain"),
     "n_points": (STEP, "1", "material points"),
     "n_nodes": (STEP, "1", "nodes of the background grid"),
-    "contact_pairs": (STEP, "1", "pairs of nodes at which crack faces press on each other"),
-    "min_det_F": (STEP, "1", "least volume ratio of the material points; nan at small strain"),
-    "least_fill": (STEP, "1", "of triangles with material the least part that it fills, if reset"),
-    "grid_resets": (STEP, "1", "how often the grid was moved under the points so far, if reset"),
-    "grid_quality": (STEP, "1", "worst triangle that growth changed; 1 equilateral, 0 flat"),
+    "contact_pairs": (STEP, "1", "pairs of crack face nodes in contact"),
+    "min_det_F": (STEP, "1", "smallest volume ratio of the material points; nan at small strain"),
+    "least_fill": (
+        STEP,
+        "1",
+        "smallest filled fraction of the triangles with material; for a grid that is reset",
+    ),
+    "grid_resets": (STEP, "1", "resets of the grid so far; for a grid that is reset"),
+    "grid_quality": (
+        STEP,
+        "1",
+        "quality of the worst triangle changed by growth; 1 equilateral, 0 degenerate",
+    ),
     "empty_elements": (
         STEP,
         "1",
-        "triangles without a material point; where the grid is reset, with fewer than were seeded",
+        "triangles without a material point; for a grid that is reset, with fewer than initially",
     ),
     "floating_nodes": (STEP, "1", "nodes without stiffness, which were held"),
     "n_unknowns": (STEP, "1", "free degrees of freedom"),
@@ -104,15 +130,19 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "wall_time": (("step", "phase"), "s", "wall time"),
 }
-# The same, of scenes with fatigue alone.
+# Additional variables of scenes with fatigue.
 OF_FATIGUE = {
-    "cycles": (STEP, "1", "cycles of load so far, by Paris' law"),
+    "cycles": (STEP, "1", "load cycles so far, by Paris' law"),
     "delta_K": (TIP, _STRESS_INTENSITY, "range of sqrt(K_I^2 + K_II^2) in a cycle"),
-    "cycles_to_fracture": ((), "1", "cycles of load after which the first tip reaches g_c"),
-    "critical_crack_length": ((), "mm", "length of the crack whose tip reaches g_c, at that"),
+    "cycles_to_fracture": ((), "1", "load cycles after which the first tip reaches g_c"),
+    "critical_crack_length": (
+        (),
+        "mm",
+        "length of the first crack whose tip reaches g_c, at that load cycle",
+    ),
     "da_dN": (TIP, "mm", "growth per cycle, by Paris' law; zero at and below the threshold"),
 }
-# With which power of the load factor the quantities of a linear scene grow; the others not at all.
+# Power of the load factor in the quantities of a linear scene; zero for those not listed.
 LOAD_POWER = {
     **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
     **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
@@ -122,5 +152,5 @@ LOAD_POWER = {
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),
     **dict.fromkeys(("J", "G", "G_kink", "J_radius", "G_radius", "strain_energy"), 2),
 }
-# Quantities whose largest difference over the radii is stated as their spread.
+# Quantities whose range over the domain radii is given as their spread.
 SPREAD = ("J", "G", "K_I", "K_II", "T_stress", "cf_norm", "cf_angle")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.output.analysis import tip_path
-from cfmpm.output.variables import TIP_STATUS
+from cfmpm.output.variables import ARRIVED, TIP_STATUS
 from cfmpm.plotting.curves import STYLES
 from cfmpm.plotting.mesh import Mesh, draw_grid
 from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, as_label, length_axes
@@ -133,7 +133,8 @@ def _own_tips(history: xr.Dataset) -> xr.Dataset:
 def _end(of_tip: xr.Dataset) -> str:
     """The key of `ENDS` that says what became of a tip."""
     known = np.flatnonzero(np.isfinite(of_tip["tip_x"].values))  # a study fills shorter runs up
-    return TIP_STATUS[int(of_tip["tip_status"][known[-1]])].split("_")[0]
+    status = TIP_STATUS[int(of_tip["tip_status"][known[-1]])]
+    return "arrived" if status in ARRIVED else status
 
 
 def corners_of(body: Scene | Grid | Mesh) -> Floats:

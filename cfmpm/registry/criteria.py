@@ -42,6 +42,9 @@ DIRECTIONS = Registry(
     },
 )
 
+# What cracks follow if a scene does not say, and where `G_kink` of stationary cracks points.
+DEFAULT_DIRECTION = "max_hoop"
+
 # Words of growth.criterion; other packages: entry points of the group cfmpm.driving_forces.
 DRIVING_FORCES = Registry(
     "driving_force",

@@ -80,6 +80,7 @@ def _points() -> Any:
     return entry_points()
 
 
+@cache
 def load(place: str) -> Any:
     """Return what stands at a place, ``"package.module:name"``, and import it if needed.
 

@@ -11,7 +11,7 @@ from pydantic import (
     model_validator,
 )
 
-from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
+from cfmpm.registry.criteria import DEFAULT_DIRECTION, DIRECTIONS, DRIVING_FORCES
 from cfmpm.scene.base import Model, OneOf, list_or_count, refusal
 from cfmpm.scene.quantities import (
     Count,
@@ -58,7 +58,7 @@ class Growth(Model):
         description="driving force that is compared with g_c; cf_norm is the paper's",
     )
     direction: Annotated[str, OneOf(DIRECTIONS)] = Field(
-        "max_hoop", description="direction of crack growth; cf is the paper's"
+        DEFAULT_DIRECTION, description="direction of crack growth; cf is the paper's"
     )
     order: Literal[1, 2] = Field(
         1,

@@ -17,9 +17,9 @@ from cfmpm.meshing import mesh_size
 from cfmpm.meshing.margin import surround
 from cfmpm.scene import Scene
 
-# Over the nodes of a grid that is smoothed, at most.
+# Largest number of smoothing sweeps over the nodes.
 SWEEPS = 10
-# Of the size of the body: how far it may move besides what supports prescribe.
+# Margin for motion beyond the prescribed displacements, as a fraction of the size of the body.
 MARGIN = 0.05
 
 
@@ -48,7 +48,7 @@ def a_triangle_of_each(grid: Grid) -> Ints:
 
 
 def everywhere(body: Body, displacement: Floats) -> Floats:
-    """Let nodes without material go on as the nearest triangle with material does."""
+    """Extrapolate the displacement to nodes without material from the nearest filled triangle."""
     grid = body.grid
     filled = are_filled(grid, body.integration.element)
     if filled.all() or (body.motion is not None and body.motion.reset.fixed):
@@ -63,15 +63,15 @@ def everywhere(body: Body, displacement: Floats) -> Floats:
 
 
 def followed(body: Body, traced: Floats, moved: Floats) -> tuple[Grid, NDArray[np.bool_], bool]:
-    """Let the grid follow the material, and smooth its bad triangles.
+    """Move the grid with the material, and smooth triangles of low quality.
 
     Returns
     -------
     grid : Grid
     smoothed : (n,) bool
-        Nodes that are not with their tracer.
+        Nodes that no longer coincide with their tracers.
     changed : bool
-        Whether the grid was moved under the points.
+        Whether the grid was moved relative to the points.
     """
     motion, old = body.motion, body.grid
     assert motion is not None
@@ -84,14 +84,14 @@ def followed(body: Body, traced: Floats, moved: Floats) -> tuple[Grid, NDArray[n
     worst = triangle_quality(nodes, triangles)
     if not worst.min() > 0.0:
         raise SolveError(
-            f"{int((~(worst > 0.0)).sum())} triangles of the grid have turned over, and smoothing "
-            "did not turn them back; take smaller load_steps, or a finer grid there"
+            f"{int((~(worst > 0.0)).sum())} triangles of the grid are inverted, and smoothing did "
+            "not correct them; use smaller load_steps, or a finer grid there"
         )
     return replace(old, nodes=nodes), smoothed | now, bool(now.any())
 
 
 def bound(motion: Motion) -> NDArray[np.bool_]:
-    """Return the nodes that stay with the material: boundary, cracks, borders, supports."""
+    """Return the nodes that must move with the material: boundary, cracks, interfaces, supports."""
     grid = motion.reference
     bound: NDArray[np.bool_] = np.any(motion.loading.prescribed, axis=1)
     element, side = np.nonzero(grid.twins < 0)

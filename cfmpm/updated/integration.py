@@ -14,12 +14,12 @@ from cfmpm.body.points import DeformedPoints, MaterialPoints
 from cfmpm.errors import SolveError
 from cfmpm.kernels import clipping
 
-# Part of a particle domain that may lie outside the grid: round-off.
+# Largest fraction of a particle domain that may lie outside the grid, for round-off.
 LOST = 1e-6
 
 
 def moved_points(points: DeformedPoints, grid: Grid, displacement: Floats) -> DeformedPoints:
-    """Carry points along with the grid."""
+    """Move points with the displacement of the grid."""
     by = interpolate(grid, displacement, points.element, points.position)
     return replace(points, position=points.position + by)
 
@@ -27,11 +27,12 @@ def moved_points(points: DeformedPoints, grid: Grid, displacement: Floats) -> De
 def clipped(
     motion: Motion, points: MaterialPoints, grid: Grid, *, fixed: bool
 ) -> particle_domains.Quadrature:
-    """Cut the domains of the points, as they lie now, along the sides of the grid.
+    """Intersect the current particle domains with the triangles of the grid.
 
-    A domain is the triangle of the three tracers that the point was seeded between, with straight
-    sides. The reference volume of a point is shared among its pieces by their area in space.
-    Triangles that are still their own domains need no clipping.
+    A domain is the straight-sided triangle of the three tracers at the corners of the point's
+    initial triangle. The reference volume of a point is distributed over the intersections in
+    proportion to their current area. Triangles that still coincide with their domain are not
+    clipped.
     """
     domains = particle_domains.triangular_domains(motion.tracers[motion.reference.triangles])
     whole: NDArray[np.bool_] = np.zeros(len(grid.elements), bool)
@@ -58,9 +59,9 @@ def clipped(
     if lost.size:
         x, y = points.position[lost[0]]
         raise SolveError(
-            f"{lost.size} particle domains have turned over or left the grid, the first at "
-            f"({x:.6g}, {y:.6g}) mm; make updated.margin larger, or take updated.grid: following, "
-            "which needs mesh.element: T3"
+            f"{lost.size} particle domains are inverted or have left the grid, the first at "
+            f"({x:.6g}, {y:.6g}) mm; increase updated.margin, or use updated.grid: following "
+            "(linear triangles only, mesh.element: T3)"
         )
     volume = points.volume[owner] * area / found[owner]
     kept = np.flatnonzero(whole)
@@ -75,7 +76,7 @@ def clipped(
 
 
 def with_state(quadrature: particle_domains.Quadrature, points: DeformedPoints) -> DeformedPoints:
-    """Give each piece the state of its point."""
+    """Give each quadrature point the state of its material point."""
     own = particle_domains.as_points(quadrature)
     owner = quadrature.owner
     return own.deformed(

@@ -20,9 +20,9 @@ from cfmpm.updated.grids import (
 )
 from cfmpm.updated.integration import volume_ratio
 
-# Stiffness of a support in which the grid moves, over the largest modulus of the material.
+# Stiffness of the springs of a support in a fixed grid, over the largest Young's modulus.
 STIFFNESS = 1e4
-# Part of a triangle that material fills below which it is stabilised (design study).
+# Filled fraction of a triangle below which it is stabilised (design study).
 LITTLE = 0.6
 
 
@@ -31,7 +31,7 @@ def largest_modulus(body: Body) -> float:
 
 
 def load_grid(body: Body, motion: Motion) -> Body:
-    """Find what of the grid holds material, and put loads and supports on it."""
+    """Find the part of the grid with material, and apply loads and supports to it."""
     grid, rows = body.grid, body.integration
     filled = are_filled(grid, rows.element)
     touched = np.zeros(len(grid.nodes), bool)
@@ -41,7 +41,9 @@ def load_grid(body: Body, motion: Motion) -> Body:
     fill = area / grid.areas
     loading = motion.loading
     if motion.reset.fixed and not loading.is_proportional:
-        raise SolveError("fixed loads do not go with updated.grid: fixed; take grid: following")
+        raise SolveError(
+            "fixed loads are not available with updated.grid: fixed; use grid: following"
+        )
     place = motion.triangle.copy()
     astray = np.flatnonzero(motion.smoothed) if not motion.reset.fixed else np.arange(len(place))
     if motion.resets and astray.size:
@@ -49,9 +51,9 @@ def load_grid(body: Body, motion: Motion) -> Body:
         if (place < 0).any():
             x, y = motion.tracers[np.argmin(place)]
             raise SolveError(
-                f"the body has left the grid at ({x:.6g}, {y:.6g}) mm; make updated.margin larger"
+                f"the body has left the grid at ({x:.6g}, {y:.6g}) mm; increase updated.margin"
             )
-    # Beyond the last triangle with material the field of that goes on.
+    # Beyond the triangles with material the field of the nearest one is extrapolated.
     motion = replace(motion, triangle=place, carrier=nearest_filled(grid, filled)[place])
     if motion.reset.fixed:
         loading = replace(
@@ -77,11 +79,11 @@ def load_grid(body: Body, motion: Motion) -> Body:
 
 
 def _on_grid(body: Body, motion: Motion, loads: NodalLoads) -> NodalLoads:
-    """Put loads on the nodes of the reference onto the grid as it is now."""
+    """Transfer loads at the nodes of the reference grid to the current grid."""
     grid, rows = body.grid, body.integration
     force, displacement = loads.force - loads.own_weight, loads.displacement
     if motion.reset.fixed:
-        # What is prescribed, springs do.
+        # Prescribed displacements are applied by springs.
         force, displacement = _spread(grid, motion, force), np.zeros_like(grid.nodes)
     own_weight = np.zeros_like(force)
     if loads.body_force.any():
@@ -93,16 +95,16 @@ def _on_grid(body: Body, motion: Motion, loads: NodalLoads) -> NodalLoads:
 
 
 def _least_fill(grid: Grid, fill: Floats) -> float:
-    """Return the least fill of a triangle with material that has such on all sides."""
+    """Smallest filled fraction of the triangles whose neighbours all contain material."""
     beside = np.where(grid.twins >= 0, fill[grid.twins // 3], 0.0)
     inside = (fill > 0.0) & (beside > 0.0).all(axis=1)
     return float(fill[inside].min(initial=1.0))
 
 
 def _holes(grid: Grid, motion: Motion, element: Ints) -> int:
-    """Count the triangles inside the body with fewer points than were seeded in each.
+    """Count the triangles inside the body with fewer points than initially.
 
-    One point gives a T3 its stiffness, and three a T6; what is missing is a mechanism.
+    T3 needs one point for its stiffness, T6 three; with fewer it is a mechanism.
     """
     seeded = np.bincount(motion.element).max()
     hollow = np.flatnonzero(np.bincount(element, minlength=len(grid.elements)) < seeded)
@@ -112,7 +114,7 @@ def _holes(grid: Grid, motion: Motion, element: Ints) -> int:
 
 
 def _spread(grid: Grid, motion: Motion, force: Floats) -> Floats:
-    """Put forces on the tracers onto the nodes of the grid around them."""
+    """Distribute forces on the tracers to the grid nodes by the basis functions."""
     loaded = np.flatnonzero(force.any(axis=1))
     carrier, position = motion.carrier[loaded], motion.tracers[loaded]
     shape = grid.basis_values(carrier, position)
@@ -122,7 +124,7 @@ def _spread(grid: Grid, motion: Motion, force: Floats) -> Floats:
 
 
 def _springs(body: Body, motion: Motion, fill: Floats) -> Iterator[Springs]:
-    """Hold the tracers in a fixed grid, and stabilise what holds little material."""
+    """Springs that hold the tracers in a fixed grid, and those that stabilise small fills."""
     grid, loading = body.grid, motion.loading
     modulus = largest_modulus(body)
     if motion.reset.fixed:

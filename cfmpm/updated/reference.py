@@ -1,4 +1,4 @@
-"""A grid that is reset, seen from the reference configuration."""
+"""Transformation of the state on a grid that is reset to the reference configuration."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cfmpm.updated.loads import (
 
 
 def pull_back(gradients: Floats, base: Floats) -> Floats:
-    """Turn basis gradients in space into those by the reference position.
+    """Transform spatial basis gradients to gradients in the reference configuration.
 
     Parameters
     ----------
@@ -42,10 +42,10 @@ def pull_back(gradients: Floats, base: Floats) -> Floats:
 
 
 def closed_faces(body: Body, motion: Motion) -> CrackFaces:
-    """Return the crack faces that may touch.
+    """Return the crack faces for contact.
 
-    The nodes of a following grid are those of the reference. In a fixed grid the two faces of the
-    material are not where the doubled nodes are, and contact is left out.
+    The nodes of a following grid are those of the reference. In a fixed grid the crack faces of
+    the material are not at the doubled nodes, and there is no contact.
     """
     if motion.reset.fixed:
         return CrackFaces(replace(body.grid, crack_faces={}))
@@ -55,20 +55,20 @@ def closed_faces(body: Body, motion: Motion) -> CrackFaces:
 def in_reference(
     body: Body, gradients: Floats, balance: Equilibrium
 ) -> tuple[Body, Floats, Equilibrium]:
-    """Look at a state of balance from the reference configuration.
+    """Transform a state of equilibrium to the reference configuration.
 
     Parameters
     ----------
     body : Body
     gradients : (q, k, 2) float
-        Of its quadrature points.
+        Basis gradients at its quadrature points.
     balance : Equilibrium
 
     Returns
     -------
     body, gradients, balance
-        Of the material points on the grid in which they were seeded, with the displacement of the
-        tracers; the same where the grid is not reset.
+        On the initial grid of the material points, with the displacement of the tracers; unchanged
+        if the grid is not reset.
     """
     motion = body.motion
     if motion is None:
@@ -80,7 +80,7 @@ def in_reference(
     displacement = motion.traced(body.grid, everywhere(body, balance.displacement))
     force = balance.internal_force
     if motion.reset.fixed:
-        # What moves past the grid is held by springs.
+        # Tracers that move relative to the grid are held by springs.
         loads = motion.loading.at(balance.load_factor)
         slip = loads.displacement - displacement
         prescribed = motion.loading.prescribed
@@ -102,9 +102,9 @@ def in_reference(
 def material_force(body: Body, balance: Equilibrium) -> Floats:
     """Sum the configurational force at the nodes of the reference grid [N/mm], (n, 2).
 
-    CF_I = - sum_p (W I - F^T P) dS_I/dX V_p, whose sum over a plateau of the reference position is
-    the domain integral of the material. `finite.configurational_force` has H for F: on the grid
-    of the solve that is the same in balance, but here the internal force is not zero.
+    CF_I = - sum_p (W I - F^T P) dS_I/dX V_p. Its sum over a disc in the reference configuration is
+    the domain integral of the material. `finite.configurational_force` uses H in place of F, which
+    is the same in equilibrium on the grid of the solve; here the internal force is not zero.
 
     Parameters
     ----------
@@ -131,21 +131,21 @@ def material_force(body: Body, balance: Equilibrium) -> Floats:
 
 
 def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Floats]:
-    """Measure at each tip how far the grid has come apart from the material.
+    """Measure at each tip how far the grid has separated from the material.
 
     Parameters
     ----------
     body : Body
-        As it was solved.
+        The body that was solved.
     gradients : (q, k, 2) float
-        Of its quadrature points.
+        Basis gradients at its quadrature points.
     balance : Equilibrium
 
     Returns
     -------
     dict of str to (tip,) array
-        `cf_norm_grid`, the configurational force over a disc of the present grid, of the same
-        radius in space, and `tip_drift`; nothing where the grid is not reset.
+        `cf_norm_grid`, the norm of the configurational force over a disc of the current grid, of
+        the same radius in space, and `tip_drift`; empty if the grid is not reset.
     """
     motion = body.motion
     if motion is None:

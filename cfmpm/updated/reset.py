@@ -1,9 +1,9 @@
 """The updated Lagrangian formulation: a grid that is reset after every load step (paper step 9).
 
-The state of a material point is its displacement gradient H_n when the grid was reset. On the grid
-as it is now, dS/dX = F_n^T dS/dx with F_n = I + H_n and x the position in space, so that the sums
-of `kernels.finite` over reference volumes hold as they are, with H_n as their base. That is the
-paper's eqs 9 to 13 multiplied out.
+The state of a material point is its displacement gradient H_n at the last reset of the grid. On the
+current grid dS/dX = F_n^T dS/dx with F_n = I + H_n and the spatial position x, so that the sums of
+`kernels.finite` over reference volumes hold unchanged, with H_n as their base. This is equivalent
+to the paper's eqs 9 to 13.
 """
 
 from __future__ import annotations
@@ -32,28 +32,28 @@ from cfmpm.updated.loads import (
     load_grid,
 )
 
-LEFT = "make updated.margin larger, unless points have been torn off (empty_elements)"
+LEFT = "increase updated.margin, unless points have separated from the body (empty_elements)"
 
 
 def begin(body: Body, scene: Scene) -> Body:
-    """Let the grid of a body just built be reset from now on.
+    """Prepare a new body for resets of its grid.
 
     Parameters
     ----------
     body : Body
-        With the points at rest where they were seeded.
+        With undeformed points at their initial positions.
     scene : Scene
         Expanded.
 
     Returns
     -------
     Body
-        Its triangles keep their numbers; a fixed grid has a margin besides.
+        Its triangles keep their numbers; a fixed grid has an additional margin.
 
     Raises
     ------
     MeshError
-        Where no margin can be made.
+        If the margin cannot be meshed.
     """
     grid, points = body.grid, body.points
     settings = scene.updated
@@ -82,7 +82,7 @@ def begin(body: Body, scene: Scene) -> Body:
     if how.fixed:
         patches, grid = body.patches, with_margin(body, scene)
         if patches is not None:
-            # None across the border of the body, which has those of the reference.
+            # No patch crosses the boundary of the body, so that those of the reference remain.
             margin = np.full(len(grid.elements), len(grid.region_names))
             margin[: len(motion.reference.elements)] = motion.reference.regions
             patches = build_patches(replace(grid, regions=margin))
@@ -91,24 +91,24 @@ def begin(body: Body, scene: Scene) -> Body:
 
 
 def reset(body: Body, balance: Equilibrium) -> tuple[Body, Equilibrium]:
-    """Put the points where they have moved to, and a grid under them (paper step 9).
+    """Update the positions of the points, and reset the grid (paper step 9).
 
     Parameters
     ----------
     body : Body
-        In balance.
+        In equilibrium.
     balance : Equilibrium
 
     Returns
     -------
     body : Body
     balance : Equilibrium
-        That the next load step sets out from: the grid at rest, at the same load factor.
+        Start of the next load step: zero displacement of the grid, at the same load factor.
 
     Raises
     ------
     SolveError
-        Where points have left the grid, or it cannot be smoothed.
+        If points have left the grid, or the grid cannot be smoothed.
     """
     motion, old = body.motion, body.grid
     assert motion is not None
@@ -152,14 +152,14 @@ def restore(
     quadrature: particle_domains.Quadrature | None,
     kept: dict[str, Any],
 ) -> Body:
-    """Bring a body just begun to where it had come.
+    """Restore the state of a body at its last reset.
 
     Parameters
     ----------
     body : Body
         From `begin`.
     nodes : (m, 2) float
-        Of the grid when it was reset last [mm].
+        Nodes of the grid after the last reset [mm].
     points : MaterialPoints
     quadrature : particle_domains.Quadrature or None
     kept : dict

@@ -50,6 +50,30 @@ def test_inner_crack_of_one_edge_opens_only_between_its_ends():
     assert set(faces[0, :2]) == set(faces[1, :2])
 
 
+def test_an_end_of_a_crack_is_a_tip_inside_the_grid_whatever_edges_are_named():
+    edge = rectangle(6, 4, crack=(2, 0, 3), shake=0.3)
+    inner = rectangle(6, 4, crack=(2, 2, 4), shake=0.3)
+    # As in a grid with a margin: the mouth is on no named edge, and a tip may be on one.
+    unnamed = replace(edge, edges={"elsewhere": np.array([[edge.end_of("crack_1", -1)] * 2])})
+    for mesh, expected in ((edge, [False, True]), (inner, [True, True]), (unnamed, [False, True])):
+        assert [mesh.is_tip("crack_1", end) for end in (0, -1)] == expected
+        assert [mesh.is_inside(mesh.end_of("crack_1", end)) for end in (0, -1)] == expected
+    # Where two crack lines meet there is no tip.
+    met = replace(inner, cracks=inner.cracks | {"crack_2": inner.cracks["crack_1"][1:, ::-1]})
+    assert [met.is_tip("crack_1", end) for end in (0, -1)] == [True, False]
+
+
+@pytest.mark.parametrize("crack", [(2, 0, 3), (2, 2, 4)])
+def test_length_of_a_crack_is_that_of_its_line_from_each_tip(crack):
+    mesh = rectangle(6, 4, crack=crack)
+    mesh.nodes[mesh.cracks["crack_1"][1, 0], 1] += 0.1
+    pairs = mesh.nodes[mesh.cracks["crack_1"]]
+    expected = np.hypot(*(pairs[:, 1] - pairs[:, 0]).T).sum()
+    assert mesh.crack_lengths == {"crack_1": pytest.approx(expected, rel=1e-14)}
+    for tip in build_grid(mesh, "T3").tips:
+        assert tip.crack_length == pytest.approx(expected, rel=1e-14)
+
+
 def test_named_edges_take_the_nodes_of_their_own_side_of_the_crack():
     grid = build_grid(rectangle(6, 4, crack=(2, 0, 3)), "T6")
     left = grid.edges["left"]

@@ -181,8 +181,8 @@ def test_a_traction_that_a_support_takes_up_is_told():
     across = {"name": "across", "box": [[1, -1], [9, 1]], "traction": [0, 1]}
     _, loading = load([support, across])
     assert loading.warnings == (
-        "loads[1].traction: 75 % of across acts where u_y is prescribed, and goes straight into "
-        "that support",
+        "loads[1].traction: 75 % of across acts where u_y is prescribed, and is carried by "
+        "that support alone",
     )
     _, loading = load(
         [support | {"displacement": {"x": 0}}, support | {"name": "b", "edge": "left"}, across]

@@ -102,7 +102,7 @@ def test_a_tip_on_the_border_of_another_material_is_refused_unless_it_runs(grid)
     halves = replace(
         grid, regions=(centres[:, 0] > 5.0).astype(int), region_names=("body", "right")
     )
-    with pytest.raises(SceneError, match="border of another material"):
+    with pytest.raises(SceneError, match="interface to another material"):
         choose_domains(halves, tip, 3)
     assert choose_domains(halves, tip, 3, growing=True).clearance == pytest.approx(4.0)
 

@@ -102,7 +102,7 @@ def test_a_run_that_breaks_off_keeps_what_it_found(
         break_off_at(patched, 6, error)
         result = call("run", scene_file)
     assert result.exit_code == status
-    assert "holds 5 steps; cfmpm resume results/small goes on" in result.stderr
+    assert "has 5 steps; cfmpm resume results/small continues" in result.stderr
     folder = Path("results/small")
     with xr.open_dataset(folder / HISTORY) as history:
         assert history.sizes["step"] == 5
@@ -137,7 +137,7 @@ def test_a_request_to_end_waits_for_the_file_that_is_being_written(
         patched.setattr(xr.Dataset, "to_netcdf", interrupted)
         result = call("run", scene_file)
     assert result.exit_code == 130
-    assert "cfmpm resume results/small goes on" in result.stderr
+    assert "cfmpm resume results/small continues" in result.stderr
     assert len(begun) > 1
     with xr.open_dataset(Path("results/small") / HISTORY) as history:
         assert "interrupted" in history.attrs["ending"]
@@ -241,7 +241,7 @@ def test_overwriting_takes_nothing_away_before_there_is_something_else(
         break_off_at(patched, 1, SolveError("no balance"))
         result = call("run", scene_file, "--overwrite")
     assert result.exit_code == 1
-    assert "no step was found; results/small is as it was before this run" in result.stderr
+    assert "no step was solved; results/small is unchanged" in result.stderr
     assert files_in(Path("results/small")) == before
 
 
@@ -326,7 +326,7 @@ def test_sigterm_in_a_fresh_process_loses_nothing(scene_file: Path) -> None:
         process.terminate()
         said = process.communicate(timeout=60)[1]
     assert process.returncode == 130
-    assert "holds 5 steps; cfmpm resume results/small goes on" in said
+    assert "has 5 steps; cfmpm resume results/small continues" in said
     assert xr.load_dataset("results/small/history.nc").sizes["step"] == 5
     assert call("resume", "results/small").exit_code == 0
 
@@ -337,7 +337,7 @@ def test_sigterm_before_the_first_step_is_answered(scene_file: Path) -> None:
         process.terminate()
         said = process.communicate(timeout=60)[1]
     assert process.returncode == 130
-    assert "no step was found" in said
+    assert "no step was solved" in said
     assert list(Path("results/small").iterdir()) == []
 
 

@@ -55,7 +55,9 @@ def inexact(monkeypatch):
 class TestLinear:
     def test_a_solver_that_misses_is_not_believed(self, inexact):
         inexact(1e-7)
-        with pytest.raises(SolveError, match=r"leaves an unbalanced force of .*e-0[67]"):
+        with pytest.raises(
+            SolveError, match=r"the unbalanced force of the linear solution .*e-0[67]"
+        ):
             solve(kinematics="small")
 
     def test_what_round_off_explains_is_accepted_up_to_a_limit(self, inexact, monkeypatch):
@@ -65,7 +67,7 @@ class TestLinear:
         assert 1e-7 < float(history.residual_norm[0]) < 1e-4
         assert "round-off" in history.attrs["warnings"]
         inexact(1e-3)
-        with pytest.raises(SolveError, match=r"round-off explains 5\.0e-01"):
+        with pytest.raises(SolveError, match=r"round-off 5\.0e-01"):
             solve(kinematics="small")
 
     def test_a_rigid_motion_is_in_balance(self):

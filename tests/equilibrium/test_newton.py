@@ -120,7 +120,7 @@ def test_a_point_turned_inside_out_is_no_state():
     march = newton.March(problem, result.balance.points.internal_variables)
     for mirrored in ([-1.5, 1.0], [1.0, -1.5], [-1.0, 1.0]):
         moved = grid.nodes * mirrored - grid.nodes
-        with pytest.raises(SolveError, match=f"{len(points)} material points would be turned"):
+        with pytest.raises(SolveError, match=f"{len(points)} material points would be inverted"):
             march.trial(moved)
     # A half turn is none.
     assert march.trial(-2.0 * grid.nodes).points.energy == pytest.approx(0.0, abs=1e-20)
@@ -158,7 +158,7 @@ class TestLimitPoint:
     LIMIT = 1e3 / (1 - 0.3**2) / np.e
 
     def test_below_it_there_is_a_state(self):
-        assert pulled(0.99 * self.LIMIT).history.attrs["ending"].startswith("solved")
+        assert pulled(0.99 * self.LIMIT).history.attrs["run_status"] == "solved"
 
     def test_beyond_it_the_last_stable_state_is_kept(self):
         history = pulled(1.2 * self.LIMIT, load_steps=4).history
@@ -247,7 +247,7 @@ def test_what_holds_a_rotation_carries_nothing_where_loads_hold_it(traction, lea
     )
     carried = np.abs(force[result.loading.prescribed]).max()
     assert (carried > 1e-6 * np.abs(result.balance.internal_force).max()) == leans
-    assert ("turns it away" in result.history.attrs["warnings"]) == leans
+    assert ("with a reaction moment" in result.history.attrs["warnings"]) == leans
 
 
 class TestPlasticity:
@@ -287,7 +287,7 @@ class TestPlasticity:
         elastic = run(PLATE, **kind).history
         assert "depends on the domain" not in elastic.attrs["warnings"]
         history = run(PLATE, material=self.STEEL, **kind).history
-        told = [text for text in json.loads(history.attrs["warnings"]) if "domain there" in text]
+        told = [w for w in json.loads(history.attrs["warnings"]) if "depends on the domain" in w]
         assert len(told) == 1
         assert "to 3 the sum of J and J_plastic" in told[0]
 
@@ -333,7 +333,7 @@ def test_a_block_pressed_to_nothing_ends_in_its_last_state():
         ],
         material={"E": 1e3, "nu": 0.3, "law": "ciarlet"},
     ).history
-    assert history.attrs["ending"].startswith("unstable: no stable state was found")
+    assert history.attrs["run_status"] == "unstable"
     assert 0.5 < float(history.load_factor[-1]) < 40 / 60
     assert np.isfinite(history.strain_energy).all()
 
@@ -397,7 +397,7 @@ def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
     for body in (sound, sound | cracked):
         mesh = {"element": element, "size": 8}
         history = run(PLATE, **body, loads=loads, mesh=mesh, load_steps=[0.1, 1.0]).history
-        assert history.attrs["ending"].startswith("unstable: no stable state")
+        assert history.attrs["run_status"] == "unstable"
         assert np.isfinite(history.strain_energy).all()
         reached.append(float(history.load_factor[-1]))
     assert (1 - 12.5 / 50) * reached[0] < reached[1] < reached[0]

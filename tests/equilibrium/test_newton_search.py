@@ -79,6 +79,6 @@ def test_no_point_is_turned_inside_out_on_the_way():
 
 def test_where_nothing_helps_the_step_is_given_up():
     search = Searched(lambda t: (1 + t, t))
-    with pytest.raises(SolveError, match="no part of Newton's correction"):
+    with pytest.raises(SolveError, match="the line search along Newton's correction"):
         search.end()
     assert search.tried == [0.5**k for k in range(8)]

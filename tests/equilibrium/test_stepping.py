@@ -79,7 +79,7 @@ class Body:
 
     def check_jump(self, before: Any, after: Any) -> None:
         if np.abs(after.displacement - before.displacement).max() > self.leap:
-            raise SolveError("the stretch of a point would jump")
+            raise SolveError("a stretch of a point would jump")
 
     def accept(self, last: Equilibrium, before: Any, found: Any, load_factor: float) -> Equilibrium:
         return replace(
@@ -121,6 +121,17 @@ def test_steps(
     np.testing.assert_allclose(body.tried, tried, atol=1e-12)
     assert found.load_factor == ends[1]
     assert found.stopped == ""
+
+
+@pytest.mark.parametrize("step", [-0.1, 0.0, 1e-7])
+def test_steps_that_do_not_lead_to_the_load_factor_end(
+    monkeypatch: pytest.MonkeyPatch, step: float
+) -> None:
+    body = Body(iterations=7)
+    monkeypatch.setattr(body, "first_step", lambda rate, total: step)
+    with pytest.raises(SolveError, match="load factor 1 is not reached from 0 in 10000 substeps"):
+        advance(monkeypatch, body, 0.0, 1.0)
+    assert len(body.tried) == stepping.SUBSTEPS
 
 
 @pytest.mark.parametrize(("sign", "first"), [(1.0, 0.3), (-1.0, 0.3), (1.0, 1.0)])

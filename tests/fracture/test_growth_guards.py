@@ -74,7 +74,7 @@ class TestWhatIsLeftOfABodyThatCameApart:
         left = decide([0.9e-18 / load**2, 0.5e-18 / load**2], {"control": "crack"}, last=last)
         assert left.load_factor == math.inf
         assert left.running == {}
-        with pytest.raises(RunEnded, match="at no load does a tip meet the criterion") as end:
+        with pytest.raises(RunEnded, match="no tip meets the criterion at any load") as end:
             growth.check_end(Growth(control="crack"), left, GRID.tips, 3)
         assert end.value.ending.status == "stopped"
 

@@ -7,7 +7,7 @@ import pytest
 from structured import rectangle
 
 from cfmpm.body.grid import Triangulation, build_grid
-from cfmpm.fracture.release import advance, fixed_nodes, is_tip
+from cfmpm.fracture.release import advance, fixed_nodes
 from cfmpm.kernels.triangles import triangle_quality
 
 EXACT = 1e-10  # degrees
@@ -71,7 +71,7 @@ def test_a_segment_points_exactly_where_it_is_told(number, kink, end):
     assert np.degrees(abs(np.angle(complex(*segment) / complex(*to(angle))))) < EXACT
     assert after.start == tip_of(mesh, end=end)
     assert after.end == tip_of(after.triangulation, end=end)
-    assert is_tip(after.triangulation, "crack_1", end)
+    assert after.triangulation.is_tip("crack_1", end)
     assert len(after.triangulation.cracks["crack_1"]) == len(mesh.cracks["crack_1"]) + 1
     assert after.quality > 0.1
     assert_sound(mesh, after)
@@ -136,7 +136,7 @@ def test_arrival(place):
         after = advance(mesh, "crack_1", -1, to(angle))
         assert_sound(mesh, after)
         mesh = after.triangulation
-        if place == "point" or not is_tip(mesh, "crack_1", -1):
+        if place == "point" or not mesh.is_tip("crack_1", -1):
             break
     names = {tip.name for tip in build_grid(mesh, "T3").tips}
     expected = {
@@ -159,7 +159,7 @@ def test_arrival(place):
 def test_a_crack_that_comes_back_to_itself():
     mesh = cracked(shake=0.2, n=12, crack=(6, 2, 8))
     angle, releases = 0.0, 0
-    while is_tip(mesh, "crack_1", -1):
+    while mesh.is_tip("crack_1", -1):
         angle += 50.0
         after = advance(mesh, "crack_1", -1, to(angle))
         assert_sound(mesh, after)
@@ -202,7 +202,7 @@ def test_a_crack_ends_at_a_node_of_the_edge_only_where_it_is_near(angle, met):
     after = advance(mesh, "crack_1", -1, to(angle))
     assert (after.end < len(mesh.nodes)) == met
     assert after.deviation == pytest.approx(angle if met else 0.0, abs=EXACT)
-    assert not is_tip(after.triangulation, "crack_1", -1)
+    assert not after.triangulation.is_tip("crack_1", -1)
 
 
 def between_two_tips(distance):
@@ -246,7 +246,7 @@ def test_a_crack_does_not_creep_between_two_others(part, met):
     assert_sound(mesh, after)
     assert after.end == (5 if met else len(mesh.nodes))
     assert after.deviation == pytest.approx(12.0 if met else 0.0, abs=EXACT)
-    assert is_tip(after.triangulation, "crack_1", -1) == (not met)
+    assert after.triangulation.is_tip("crack_1", -1) == (not met)
 
 
 def test_a_crack_does_not_run_back_along_itself():
@@ -323,7 +323,7 @@ def test_twenty_bends_leave_sound_triangles():
     for number in range(20):
         mesh, angle = cracked(number, n=14, crack=(7, 0, 2)), 0.0
         for _ in range(20):
-            if not is_tip(mesh, "crack_1", -1):
+            if not mesh.is_tip("crack_1", -1):
                 break
             angle = np.clip(angle + rng.uniform(-60.0, 60.0), -80.0, 80.0)
             after = advance(mesh, "crack_1", -1, to(angle))

@@ -158,7 +158,7 @@ def test_all_unknown_names_are_told_at_once(tmp_path):
     assert "inside" in reasons["mesh_file.cracks[2]"]
     assert "did you mean upper?" in reasons["mesh_file.regions[0].name"]
     assert "did you mean top?" in reasons["loads[0].edge"]
-    assert "no part of the boundary" in reasons["loads[1].edge"]
+    assert "not part of the boundary" in reasons["loads[1].edge"]
     assert "the nearest is at [" in reasons["loads[2].point"]
 
 
@@ -179,7 +179,7 @@ def test_files_that_are_no_meshes_are_refused(tmp_path):
     path = tmp_path / "a.msh"
     assert "cannot be read" in refusals(scene_of(path))["mesh_file.file"]
     path.write_text("Point(1) = {0, 0, 0};\n")
-    assert "is no gmsh mesh" in refusals(scene_of(path))["mesh_file.file"]
+    assert "is not a gmsh mesh" in refusals(scene_of(path))["mesh_file.file"]
     path.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\nnonsense\n")
     assert "ends within $Nodes" in refusals(scene_of(path))["mesh_file.file"]
     path.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
@@ -218,7 +218,7 @@ def test_orphan_nodes_are_dropped(tmp_path):
 @pytest.mark.parametrize(
     ("nodes", "triangles", "reason"),
     [
-        ([(0, 0), (1, 0), (0, 1), (1, 0), (0, 1), (1, 1)], [(1, 2, 3), (4, 6, 5)], "2 pieces"),
+        ([(0, 0), (1, 0), (0, 1), (1, 0), (0, 1), (1, 1)], [(1, 2, 3), (4, 6, 5)], "2 parts"),
         ([(0, 0), (1, 0), (2, 0), (0, 1)], [(1, 2, 3), (1, 2, 4)], "1 triangles have no area"),
         ([(0, 0), (1, 0), (0, 1), (1, 1), (2, 2)], [(1, 2, 3), (2, 4, 3), (2, 5, 3)], "1 edges"),
     ],

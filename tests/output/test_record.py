@@ -204,7 +204,7 @@ def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> Non
     scene = plate(LOADS["traction"], growth={"control": "crack"})
     history = cfmpm.run(scene_from_dict(scene)).history
     assert history.attrs["run_status"] == "severed"
-    assert history.attrs["ending"].endswith("cut off by right")
+    assert history.attrs["ending"].endswith("severed by right")
     assert statuses(history)[-1] == ["arrived_hole", "arrived_boundary"]
     assert np.isnan(history.load_factor[-1])
     assert np.isnan(history.energy_gap[-1])
@@ -212,7 +212,7 @@ def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> Non
 
 
 def test_cycles_go_on_to_the_last_position_of_a_fatigue_crack() -> None:
-    """On the way out of the body it had the rate of the state before."""
+    """The last segment, out of the body, grows at the rate of the state before."""
     geometry = plate([])["geometry"]
     geometry = geometry | {"holes": [], "cracks": [{"points": [[0, 20], [20, 20]]}]}
     fatigue = {
@@ -225,11 +225,11 @@ def test_cycles_go_on_to_the_last_position_of_a_fatigue_crack() -> None:
     ).history
     assert history.attrs["run_status"] == "severed"
     segment = np.hypot(np.diff(history.tip_x[-2:, 0]), np.diff(history.tip_y[-2:, 0]))[0]
-    owed = float(history.cycles[-1] - history.cycles[-2]) * float(history.da_dN[-2, 0])
-    # Of one tip, which leads: its segments are never owed.
-    assert owed == pytest.approx(segment, rel=1e-9)
+    growth = float(history.cycles[-1] - history.cycles[-2]) * float(history.da_dN[-2, 0])
+    # The only tip is the leader, so that it has no pending advance.
+    assert growth == pytest.approx(segment, rel=1e-9)
     assert np.isnan(history.da_dN[-1, 0])
-    # Energy of fracture is none of fatigue.
+    # There is no fracture energy under fatigue.
     assert np.isnan(history.fracture_energy).all()
     assert np.isnan(history.energy_gap).all()
     words = [word for (word,) in statuses(history)]

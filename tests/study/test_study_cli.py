@@ -109,7 +109,7 @@ def test_nothing_but_failures_is_a_failure(folder: Path) -> None:
     assert result.exit_code == 1
     assert "8 failed" in result.stdout
     assert "and 3 more: see reason in the dataset" in result.stdout
-    assert "no member of failing came to its end" in result.stderr
+    assert "no member of failing was completed" in result.stderr
     assert Path("results/failing/study.nc").exists()
 
 

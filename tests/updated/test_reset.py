@@ -262,13 +262,13 @@ def test_particle_domains_and_ghost_go_on() -> None:
     assert ours["tip_drift"][-1] > 0.25 * 12.0
     drift = json.loads(ours.attrs["warnings"])[-1]
     assert "tip_drift" in drift
-    assert "needs mesh.element: T3" in drift
+    assert "linear triangles only, mesh.element: T3" in drift
 
 
 def test_a_body_that_leaves_its_grid_ends_the_run() -> None:
     ours = run(PLATE, "fixed", integration="domains", ghost=0.1, margin=20)
     ending = ours.history.attrs["ending"]
-    assert ending.startswith("unstable")
+    assert ours.history.attrs["run_status"] == "unstable"
     assert "updated.margin" in ending
     assert ours.history.sizes["step"] < 4
 

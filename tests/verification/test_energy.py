@@ -206,7 +206,7 @@ def test_each_force_belongs_to_one_part(kind, element):
     total = np.array([history.reaction_x.sum(), history.reaction_y.sum()]) + weight
     error = linear(result).of_force.sum(axis=0)
     assert (np.abs(total) < error).all()
-    told = [text for text in history.attrs["warnings"].split('"') if "goes straight" in text]
+    told = [text for text in history.attrs["warnings"].split('"') if "that support alone" in text]
     assert len(told) == (2 if kind == "with own weight" else 0)
 
 

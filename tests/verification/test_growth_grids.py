@@ -74,7 +74,7 @@ def test_a_tip_that_leaves_the_fine_grid_is_told_of():
         "growth": {"control": "crack", "increments": 12},
     }
     history = cfmpm.run(scene_from_dict(scene)).history
-    (warning,) = [w for w in json.loads(history.attrs["warnings"]) if "left the fine grid" in w]
+    (warning,) = [w for w in json.loads(history.attrs["warnings"]) if "has left the refined" in w]
     assert "fracture.refine" in warning
     fine = cfmpm.run(scene_from_dict(scene | {"fracture": {"refine": 0.4}})).history
-    assert "left the fine grid" not in fine.attrs["warnings"]
+    assert "has left the refined" not in fine.attrs["warnings"]

@@ -134,7 +134,7 @@ def test_at_which_cracks_run() -> None:
 class TestWarningOfFiniteDeformation:
     """It goes by the load that is reached, however that is written."""
 
-    SAID = "finite deformation, left out"
+    SAID = "finite deformation is neglected"
 
     @pytest.mark.parametrize(("load", "factor"), [(load / 2, f) for load, f in EQUIVALENT])
     @pytest.mark.parametrize(("stress", "warned"), [(120.0, False), (240.0, True)])

@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from cfmpm.body.grid import Floats
-from cfmpm.output.variables import TIP_STATUS
+from cfmpm.ending import RUN_STATUS
+from cfmpm.output.variables import ARRIVED_FLAGS, TIP_STATUS
 from workflows.growth.datasets import energy_released, segment_angles, steps, tip_path
 from workflows.growth.figures import BOTTOM, HOLE, INCH, MIDDLE, distance_to_path, gap_to_hole
 from workflows.reference.path_points import reference
@@ -63,7 +64,7 @@ def _straight(e: Evidence, kind: str, n: int, label: str) -> Claim:
         f"5.2 Straight path, {label}, {n} points",
         f"angles within {allowed:g} deg, {allowed_mean:g} in the mean",
         "0 deg by symmetry",
-        f"ends at y = {path[-1, 1]:.1f} mm ({str(run.ending.values).split(':')[0]})",
+        f"ends at y = {path[-1, 1]:.1f} mm ({_ended(run)})",
         _grade(*held),
         "crosses the plate and ends within 2 mm; all segments count: in front of the free edge, "
         "where its domain reaches over less than two elements, a tip goes straight on",
@@ -182,7 +183,7 @@ def holes_path(e: Evidence) -> list[Claim]:
                 f"5.4 Two holes, {label}, {int(run.n_points[0])} points",
                 "past the near hole, into the far one, point-symmetric",
                 "y = " + ", ".join(f"{v:.3f}" for v in y) + " at x = 2, 4, 6, 8, 10",
-                f"{', '.join(ends)} ({str(run.ending.values).split(':')[0]})",
+                f"{', '.join(ends)} ({_ended(run)})",
                 _grade(near <= HOLES, set(ends) == {"arrived_hole"}),
                 f"within {HOLES:g} mm, and both end in the far hole",
                 error=f"left {_signed(missed[0])}, right {_signed(missed[1])} mm",
@@ -265,7 +266,7 @@ def _balance(run: xr.Dataset) -> Claim:
         run[name].values for name in ("external_work", "strain_energy", "fracture_energy")
     )
     missing = (work - stored - spent) / work.max()
-    arrived = np.isin(run.tip_status, [TIP_STATUS.index(s) for s in TIP_STATUS if "arrived" in s])
+    arrived = np.isin(run.tip_status, ARRIVED_FLAGS)
     first = int(np.flatnonzero(arrived.any(axis=1))[0])
     before = np.abs(missing[:first]).max()
     load = run.load_factor.values
@@ -433,6 +434,10 @@ def write_claims(
 
 def _arrival(run: xr.Dataset, tip: str) -> str:
     return TIP_STATUS[int(run.tip_status.sel(tip=tip)[-1])]
+
+
+def _ended(run: xr.Dataset) -> str:
+    return RUN_STATUS[int(run.run_status)]
 
 
 def _grade(*held: bool) -> str:

@@ -18,7 +18,7 @@ KEPT = (
     *("tip_x", "tip_y", "crack_length", "tip_status", "domain_radius"),
     *("cf_angle", "cf_norm", "cf_tip_x", "cf_tip_y", "J", "G", "K_I", "K_II"),
     *("strain_energy", "external_work", "fracture_energy"),
-    *("reaction_y", "displacement_y", "n_points", "empty_elements", "load_factor", "ending"),
+    *("reaction_y", "displacement_y", "n_points", "empty_elements", "load_factor", "run_status"),
 )
 
 

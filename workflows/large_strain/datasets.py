@@ -20,7 +20,7 @@ FEM = Path(__file__).parents[1] / "reference" / "large_strain_fem.csv"
 # Of the study, what the figure and its claims are made from.
 KEPT = (
     *("J", "cf_norm", "cf_angle", "unstable_points", "residual_norm"),
-    *("newton_iterations", "substeps", "n_points", "empty_elements", "load_factor", "ending"),
+    *("newton_iterations", "substeps", "n_points", "empty_elements", "load_factor", "run_status"),
 )
 # G of the plate of section 5.1 at 10 MPa: `converged` of its configuration [N/mm].
 G_AT_10 = 0.2547822

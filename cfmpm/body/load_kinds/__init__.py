@@ -1,1 +1,1 @@
-"""Loads and supports as nodal values: a file for each kind, in the table `registry.loads`."""
+"""Loads and supports as nodal values: one file for each kind; `registry.loads` lists them."""

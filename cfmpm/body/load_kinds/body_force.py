@@ -1,4 +1,4 @@
-"""Body force, such as weight: the same everywhere in the body."""
+"""Body force, such as weight: uniform in the body."""
 
 from __future__ import annotations
 

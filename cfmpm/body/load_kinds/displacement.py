@@ -11,13 +11,13 @@ from cfmpm.body.grid import Grid
 
 
 class Components(Protocol):
-    """What is prescribed [mm]; None where a component is free."""
+    """Prescribed components [mm]; None for a free component."""
 
     x: float | None
     y: float | None
 
 
 def apply(value: Components, place: Place, grid: Grid) -> Applied:
-    """Prescribe the components that are given [mm]; the others stay free."""
+    """Prescribe the given components [mm]; the others are free."""
     components = [np.nan if part is None else part for part in (value.x, value.y)]
     return Applied(displacement=np.tile(np.array(components, float), (len(place.nodes), 1)))

@@ -1,4 +1,4 @@
-"""Force on a point of the body, which is a node of the grid."""
+"""Force at a point of the body, which is a node of the grid."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Criteria of fracture, one file each; the words for them stand in `registry.criteria`."""
+"""Criteria of crack growth, one file each; `registry.criteria` lists their words."""

@@ -16,5 +16,5 @@ class AlongCf:
         return force / np.hypot(*force)
 
     def kink_factor(self, values: TipValues) -> float:
-        """Return 1: the force is that of the tip before it kinks."""
+        """Return 1: the configurational force is that before kinking."""
         return 1.0

@@ -1,4 +1,4 @@
-"""The norm of the configurational force as what drives a crack (the paper's criterion)."""
+"""The norm of the configurational force as driving force (the paper's criterion)."""
 
 from __future__ import annotations
 

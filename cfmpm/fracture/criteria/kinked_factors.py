@@ -53,7 +53,7 @@ def kinked_factors(k_1: float, k_2: float, angle: float) -> tuple[float, float]:
     k_1, k_2 : float
         Before kinking, in any one unit.
     angle : float
-        Of the kink, anticlockwise from the tangent, within +-80 [deg].
+        Kink angle, anticlockwise from the tangent, within +-80 [deg].
 
     Returns
     -------

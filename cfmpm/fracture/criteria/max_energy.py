@@ -12,14 +12,14 @@ from cfmpm.fracture.criteria.protocols import DirectionByAngle, TipValues, is_cl
 
 
 class MaxEnergy(DirectionByAngle):
-    """In which a kink releases the most energy (Amestoy and Leblond 1992)."""
+    """Direction in which a kink releases the most energy (Amestoy and Leblond 1992)."""
 
     def angle(self, values: TipValues) -> float:
         """Return `max_energy_angle` of K_I and K_II."""
         return max_energy_angle(values["K_I"], values["K_II"])
 
     def kink_factor(self, values: TipValues) -> float:
-        """Return the energy release rate of the kink over that before."""
+        """Return the energy release rate of the kink over that before kinking."""
         k_1, k_2 = values["K_I"], values["K_II"]
         angle = max_energy_angle(k_1, k_2)
         if math.isnan(angle):

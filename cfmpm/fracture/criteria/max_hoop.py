@@ -8,16 +8,16 @@ from cfmpm.fracture.criteria.protocols import DirectionByAngle, TipValues, is_cl
 
 
 class MaxHoop(DirectionByAngle):
-    """Across which the hoop stress ahead of the tip is largest."""
+    """Direction in which the hoop stress at the tip is largest."""
 
     def angle(self, values: TipValues) -> float:
         """Return `max_hoop_angle` of K_I and K_II."""
         return max_hoop_angle(values["K_I"], values["K_II"])
 
     def kink_factor(self, values: TipValues) -> float:
-        """Return the square of the stress intensity of the largest hoop stress over G before.
+        """Return the square of the hoop stress intensity factor over K_I^2 + K_II^2.
 
-        That is (K_I cos^2(a/2) - 3/2 K_II sin(a)) cos(a/2), for an angle a (Erdogan and Sih).
+        At the angle a this factor is (K_I cos^2(a/2) - 3/2 K_II sin(a)) cos(a/2) (Erdogan and Sih).
         """
         k_1, k_2 = values["K_I"], values["K_II"]
         turn = math.radians(max_hoop_angle(k_1, k_2))
@@ -36,8 +36,8 @@ def max_hoop_angle(k_1: float, k_2: float) -> float:
     Returns
     -------
     float
-        From the tangent of the tip, anticlockwise [deg]; nan where the crack is pressed shut more
-        than sheared, K_I <= -abs(K_II): the angle would be above 90 degrees.
+        From the tangent of the tip, anticlockwise [deg]; nan where the tip is closed by more
+        compression than shear, K_I <= -abs(K_II): the angle would exceed 90 degrees.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a criterion has to provide, and how the rest of the program gets it by its word."""
+"""Interfaces of criteria, and their lookup by the words of a scene."""
 
 from __future__ import annotations
 
@@ -14,46 +14,46 @@ from cfmpm.registry.criteria import DIRECTIONS, DRIVING_FORCES
 from cfmpm.registry.table import load
 
 Floats = NDArray[np.float64]
-# Of one tip, by their names in the history: K_I, K_II, T_stress, J, G, cf_x, cf_y ...
+# Values of one tip by their names in the history: K_I, K_II, T_stress, J, G, cf_x, cf_y ...
 TipValues = Mapping[str, Any]
 
 
 class Direction(Protocol):
-    """A criterion for where a crack turns to."""
+    """A criterion for the direction of crack growth."""
 
     def heading(self, values: TipValues, tangent: Floats) -> Floats:
-        """Return the unit vector in which a tip runs.
+        """Return the unit vector of the direction of growth.
 
         Parameters
         ----------
         values : mapping of str to float
-            Of the tip, by their names in the history.
+            Values of the tip by their names in the history.
         tangent : (2,) float
-            Unit vector along the crack, out of its tip.
+            Unit vector along the crack at its tip, pointing ahead.
 
         Returns
         -------
         (2,) float
-            nan where the criterion has no answer: such a tip does not run.
+            nan where the criterion gives no direction: such a tip does not grow.
         """
 
     def kink_factor(self, values: TipValues) -> float:
-        """Return what drives a tip that kinks, as a factor on its energy release rate before.
+        """Return the ratio of the energy release rate of a kink to that before kinking.
 
-        Asked only where there are stress intensity factors that are not both zero; nan where the
-        criterion has no answer.
+        It is called only where K_I and K_II are defined and not both zero; nan where the criterion
+        gives no direction.
         """
 
 
 class DrivingForce(Protocol):
-    """What is compared with the critical energy release rate [N/mm]."""
+    """The quantity that is compared with the critical energy release rate [N/mm]."""
 
     def __call__(self, values: TipValues) -> float:
-        """Return the driving force of a tip [N/mm]; it grows with the square of the load."""
+        """Return the driving force of a tip [N/mm]; it is proportional to the load squared."""
 
 
 class DirectionByAngle(ABC):
-    """A direction that is told by an angle from the tangent."""
+    """A direction that is given by an angle from the tangent."""
 
     @abstractmethod
     def angle(self, values: TipValues) -> float:
@@ -70,17 +70,17 @@ class DirectionByAngle(ABC):
 
 
 def direction_by(word: str) -> Direction:
-    """Return the criterion of a word of ``growth.direction``."""
+    """Return the criterion for a word of ``growth.direction``."""
     return cast(Direction, load(DIRECTIONS[word].place)())
 
 
 def driving_force_by(word: str) -> DrivingForce:
-    """Return what a word of ``growth.criterion`` compares with g_c."""
+    """Return the driving force for a word of ``growth.criterion``."""
     return cast(DrivingForce, load(DRIVING_FORCES[word].place))
 
 
 def is_closed(k_1: Any, k_2: Any) -> Any:
-    """Whether a tip is pressed shut more than sheared: it has no direction to run in.
+    """Whether a tip is closed by more compression than shear, so that it cannot grow.
 
     Parameters
     ----------
@@ -101,13 +101,13 @@ def load_factor_at_fracture(driving: float, toughness: float) -> float:
     Parameters
     ----------
     driving, toughness : float
-        Driving force at the present load, and what it is compared with, in any one unit; the
-        driving force grows with the square of the load.
+        Driving force at the present load, and toughness, in the same unit. The driving force is
+        proportional to the load squared.
 
     Returns
     -------
     float
-        Infinite where nothing drives.
+        Infinite without a driving force.
 
     Examples
     --------

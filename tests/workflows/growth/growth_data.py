@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from cfmpm.ending import RUN_STATUS
 from cfmpm.output.variables import TIP_STATUS
 from workflows.growth.claims import FIXED_GRIPS
 from workflows.growth.datasets import KEPT
@@ -14,13 +15,15 @@ from workflows.reference.path_points import reference
 OF_STEP = ("strain_energy", "external_work", "fracture_energy", "n_points", "empty_elements")
 
 
-def history(paths, ending="arrived: all", end="arrived_boundary", n_points=790.0, **values):
+def history(paths, ended="arrived", end="arrived_boundary", n_points=790.0, **values):
     """A run whose tips follow paths of equal length; values replace the ones of all steps."""
     paths = {name: np.asarray(path, float) for name, path in paths.items()}
     n, tips = len(next(iter(paths.values()))), list(paths)
     places = np.stack(list(paths.values()), axis=1)
     length = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=places[:1]).T).T, axis=0)
-    data = {name: np.ones((n, len(tips))) for name in KEPT if name not in ("load_factor", "ending")}
+    data = {
+        name: np.ones((n, len(tips))) for name in KEPT if name not in ("load_factor", "run_status")
+    }
     data |= {name: np.zeros(n) for name in OF_STEP}
     data |= {"reaction_y": np.zeros((n, 1)), "displacement_y": np.zeros((n, 1))}
     data |= {"tip_x": places[..., 0], "tip_y": places[..., 1], "crack_length": length}
@@ -39,7 +42,7 @@ def history(paths, ending="arrived: all", end="arrived_boundary", n_points=790.0
         for name, value in data.items()
     }
     variables["load_factor"] = "step", values.get("load_factor", np.ones(n))
-    variables["ending"] = (), ending
+    variables["run_status"] = (), np.int8(RUN_STATUS.index(ended))
     coords = {
         "step": np.arange(1, n + 1),
         "tip": tips,

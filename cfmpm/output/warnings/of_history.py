@@ -1,0 +1,127 @@
+"""Warnings about a whole history: domains of stationary tips, and paths of growing ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from cfmpm.output.analysis import LIGAMENT, before_arrival, parts_of_gap
+from cfmpm.scene.growth import Growth
+
+# Largest ratio of the element size at a tip to that at the start without a warning.
+COARSER = 3.0
+# Largest relative difference of J between domain radii without a warning. A difference below NO_J
+# times the largest strain energy over the clearance is round-off.
+OVER_RADII, NO_J = 0.1, 1e-6
+# Largest relative difference of J and G, and largest relative energy gap, without a warning.
+J_FROM_G = 0.05
+OPEN_BALANCE = 0.05
+
+
+def doubts_of_domains(history: xr.Dataset) -> list[str]:
+    """Find the stationary crack tips at which J depends on the domain.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    list of str
+        With the steps.
+    """
+    if not history.sizes["tip"]:
+        return []
+    plastic = bool(history["J_plastic"].notnull().any())
+    J = history["J_radius"] + (history["J_plastic_radius"] if plastic else 0.0)
+    spread = J.max("radius") - J.min("radius")
+    largest = history["J"] + (history["J_plastic"] if plastic else 0.0)
+    felt = NO_J * history["strain_energy"].max() / history["clearance"]
+    far = (spread > OVER_RADII * abs(largest)) & (spread > felt)
+    what = "the sum of J and J_plastic" if plastic else "J"
+    why = (
+        "plastic loading was not proportional, as in unloading"
+        if plastic
+        else "refine the grid at the tip"
+    )
+    return [
+        f"{name}: {_steps(far.sel(tip=name).values)} {what} differs by more than "
+        f"{100 * OVER_RADII:g} % between the domain radii, so that J depends on the domain: {why}"
+        for name in history["tip"].values[far.any("step")]
+    ]
+
+
+def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
+    """Find steps of crack growth whose results are doubtful.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    growth : Growth
+
+    Returns
+    -------
+    list of str
+        With the steps. Steps within the last elements before an arrival are ignored.
+    """
+    found = []
+    for name in history["tip"].values:
+        tip = history.sel(tip=name)
+        h, clearance = tip["tip_size"].values, tip["clearance"].values
+        before = before_arrival(tip)
+        close = before & (clearance < LIGAMENT * h)
+        if close.any():
+            nearest = float(clearance[close].min())
+            found.append(
+                f"{name}: {_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
+                f"{LIGAMENT:g} element sizes, and the direction of growth is inaccurate; set "
+                "fracture.refine to a third of the clearance, or reduce mesh.hole_size"
+            )
+        coarse = before & (h > COARSER * h[0])
+        if coarse.any():
+            found.append(
+                f"{name}: {_steps(coarse)} the elements at the tip are up to "
+                f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start, since the tip "
+                "has left the refined part of the grid; fracture.refine keeps the grid refined "
+                "around the tip"
+            )
+        G, J = tip["G"].values, tip["J"].values
+        border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
+        if border.any() and np.isfinite(tip["K_I"]).any():
+            found.append(
+                f"{name}: {_steps(border)} the tip lies on the interface of two materials, where "
+                "K_I and K_II are not defined; J is compared with g_c, and the crack grows "
+                "straight ahead"
+            )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            apart = np.where(before & ~close, np.abs(J / G - 1.0), 0.0)
+        far = apart > J_FROM_G
+        if far.any():
+            found.append(
+                f"{name}: {_steps(far)} J and G from K_I and K_II differ by up to "
+                f"{100 * apart.max():.2g} %: the grid is too coarse; fracture.refine refines it "
+                "around the growing tip. The first segments behind a kink keep this difference, "
+                "since they are as short as an element on any grid"
+            )
+    if growth.control == "crack":
+        found += _open_balance(history)
+    return found
+
+
+def _open_balance(history: xr.Dataset) -> list[str]:
+    """Warn of an energy gap along the equilibrium path."""
+    parts = parts_of_gap(history)
+    if not max(parts) > OPEN_BALANCE:
+        return []
+    return [
+        f"the energy balance has a gap of {100 * parts[1]:.2g} % of the fracture energy, "
+        f"{100 * parts[0]:.2g} % of the external work, which measures the error of G along the "
+        "path; reduce it by fracture.refine or a smaller mesh.size"
+    ]
+
+
+def _steps(where: NDArray[np.bool_]) -> str:
+    """Name the range of steps from the first to the last marked one."""
+    first, last = np.flatnonzero(where)[[0, -1]] + 1
+    return f"in step {first}" if first == last else f"in steps {first} to {last}"

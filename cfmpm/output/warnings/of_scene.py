@@ -1,0 +1,116 @@
+"""Warnings about a scene that are known before it is solved, and ways on after an unstable end."""
+
+from __future__ import annotations
+
+from cfmpm.body.body import Body
+from cfmpm.body.tip_domains import FILL, RESOLVED
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.registry.laws import LAWS
+from cfmpm.registry.loads import LOADS
+from cfmpm.scene.families import expand
+from cfmpm.scene.model import Scene
+
+# Range of material constants, rounded outwards: Young's modulus from gels (1e-3 MPa) to diamond
+# (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and Jones,
+# Engineering Materials 1, tables of Young's modulus and of toughness.
+USUAL = {"E": (1e-3, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
+
+
+def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
+    """Suggest changes of a scene for which no further stable state was found.
+
+    Parameters
+    ----------
+    scene : Scene
+    balance : Equilibrium
+        The last stable one.
+
+    Returns
+    -------
+    list of str
+    """
+    found = []
+    if not all(LOADS[load.kind].holds for load in expand(scene).loads):
+        found.append("Prescribed displacements can pass a limit load; prescribed forces cannot.")
+    law = LAWS[scene.material.law]
+    if balance.unstable_points > 0 and not (law.elliptic or law.plastic):
+        found.append("Points have lost ellipticity; material.law: ciarlet never loses it.")
+    if scene.formulation == "updated":
+        found.append(
+            "formulation: total does not reset the grid, so that the body can neither leave the "
+            "grid nor separate from it."
+        )
+    if scene.growth is not None:
+        found.append(
+            "Triangles are stretched most behind a growing tip; mesh.grading: uniform and "
+            "mesh.element: T3 tolerate larger stretches."
+        )
+    return found or ["Reduce the load, or change the body so that it does not buckle."]
+
+
+def unusual(scene: Scene) -> list[str]:
+    """Find material constants outside the usual range, which suggests other units.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+
+    Returns
+    -------
+    list of str
+        Warnings only, since such a material is possible.
+    """
+    part = scene.geometry or scene.mesh_file
+    materials = {"": scene.material}
+    materials |= {f"{region.name}: ": region.material for region in (part.regions if part else [])}
+    found = []
+    for name, material in materials.items():
+        for key, (low, high, unit) in USUAL.items():
+            value = getattr(material, key)
+            if value is not None and not low <= value <= high:
+                found.append(
+                    f"{name}material.{key}: {value:g} {unit} is outside the usual range of "
+                    f"{low:g} to {high:g} {unit}; check that it is given in {unit}"
+                )
+    return found
+
+
+def doubts_before(scene: Scene, body: Body) -> list[str]:
+    """Give the warnings that are known before the first solve.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    body : Body
+
+    Returns
+    -------
+    list of str
+    """
+    grid = body.grid
+    found = [*unusual(scene), *body.loading.warnings]
+    if not body.loading.any:
+        found.append(
+            "the body has no load, so that all results are zero: add a traction, a force, a "
+            "displacement other than zero, or a body_force to loads"
+        )
+    if body.patches is not None and body.materials.plastic.any():
+        found.append(
+            "linear triangles (T3) are too stiff in plastic flow near the limit load, also with "
+            "the volume change averaged over patches: use mesh.element: T6 (formulation: updated "
+            "then needs grid: fixed)"
+        )
+    for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
+        if domain.cut_back:
+            found.append(
+                f"{tip.name}: requested domain radii were reduced to {FILL} of the clearance, the "
+                "distance to the nearest object that a domain must not contain (domain_radius)"
+            )
+        if not domain.growing and max(domain.radii) < RESOLVED * tip.h:
+            found.append(
+                f"{tip.name}: the largest domain radius is below {RESOLVED:g} element sizes; "
+                "refine the grid at the tip (mesh.grading.tip_size, or mesh.size)"
+            )
+    return found
