@@ -134,13 +134,13 @@ def _tangled(place: Floats, n: int) -> str:
     )
 
 
-def pieces_apart(mesh: FileMesh) -> Iterator[str]:
+def parts_apart(mesh: FileMesh) -> Iterator[str]:
     """Pieces that share no node."""
     n = len(mesh.nodes)
     graph = coo_array((np.ones(len(mesh.sides), dtype=bool), mesh.sides.T), shape=(n, n))
-    pieces, _ = connected_components(graph, directed=False)
-    if pieces > 1:
-        yield f"is in {pieces} pieces that share no nodes; merge equal nodes"
+    parts, _ = connected_components(graph, directed=False)
+    if parts > 1:
+        yield f"is in {parts} parts that share no nodes; merge equal nodes"
 
 
 def broken_body(mesh: FileMesh) -> Iterator[str]:
@@ -160,8 +160,8 @@ def broken_body(mesh: FileMesh) -> Iterator[str]:
         )
 
 
-def pieces_without(mesh: FileMesh, pairs: Ints) -> int:
-    """Into how many pieces, joined by sides, the body falls along node pairs."""
+def parts_without(mesh: FileMesh, pairs: Ints) -> int:
+    """Into how many parts, joined by sides, the body falls along node pairs."""
     m = len(mesh.triangles)
     keys = mesh.keys(mesh.sides)
     order = np.argsort(keys, kind="stable")

@@ -10,7 +10,7 @@ from shapely import LineString
 
 from cfmpm.body.grid import Ints
 from cfmpm.errors import Problem
-from cfmpm.meshing.file_mesh import FileMesh, pieces_without
+from cfmpm.meshing.file_mesh import FileMesh, parts_without
 from cfmpm.registry.loads import LOADS
 from cfmpm.scene.body import Crack, Geometry, Hole, Vertex
 from cfmpm.scene.geometry import BodyShape
@@ -49,7 +49,7 @@ def broken_rules_of_file(
         crack = re.match(r"geometry\.cracks\[(\d+)\]", key)
         assert crack is not None
         found.append(Problem(reason, f"mesh_file.cracks[{numbers[int(crack[1])]}]"))
-    if not found and cracks and pieces_without(mesh, np.concatenate(list(cracks.values()))) > 1:
+    if not found and cracks and parts_without(mesh, np.concatenate(list(cracks.values()))) > 1:
         found.append(Problem("the cracks cut the body in two", "mesh_file.cracks"))
     yield from found
     yield from (Problem(reason, key) for key, reason in misplaced_loads(scene, body))

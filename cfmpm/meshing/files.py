@@ -11,7 +11,7 @@ import numpy as np
 from cfmpm.body.grid import Ints, Triangulation
 from cfmpm.errors import Problem, SceneError, did_you_mean
 from cfmpm.meshing.drawing import signed_areas
-from cfmpm.meshing.file_mesh import FileMesh, broken_body, broken_triangles, pieces_apart
+from cfmpm.meshing.file_mesh import FileMesh, broken_body, broken_triangles, parts_apart
 from cfmpm.meshing.file_rules import broken_rules_of_file
 from cfmpm.meshing.lips import Closed, close_lips, unlisted_lips
 from cfmpm.meshing.msh import read_msh
@@ -40,7 +40,7 @@ def triangulate_file(scene: Scene) -> Triangulation:
     closed = close_lips(mesh, scene.mesh_file.cracks, problems)
     mesh = closed.mesh
     unlisted = unlisted_lips(mesh, listed=bool(closed.open))
-    _refuse(chain(pieces_apart(mesh), unlisted, broken_body(mesh)), problems)
+    _refuse(chain(parts_apart(mesh), unlisted, broken_body(mesh)), problems)
     refused = {problem.key for problem in problems}
     cracks = _cracks(closed, scene.mesh_file.cracks, problems, refused)
     edges = {
@@ -82,7 +82,7 @@ def _unknown_edges(
             continue
         reason = f"unknown edge {load.edge}{did_you_mean(load.edge, edges)}"
         if load.edge in mesh.curves:
-            reason = f"{load.edge} is no part of the boundary of the mesh"
+            reason = f"{load.edge} is not part of the boundary of the mesh"
         if load.edge in lips:
             reason = f"{load.edge} is a crack"
         yield Problem(reason, f"loads[{i}].edge")

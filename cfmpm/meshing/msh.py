@@ -83,7 +83,7 @@ def read_msh(data: bytes) -> Contents:
 def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
     """The sections from $Name to $EndName, in their order."""
     if not data.lstrip().startswith(b"$"):
-        raise DamagedError("is no gmsh mesh")
+        raise DamagedError("is not a gmsh mesh")
     at = 0
     while at < len(data):
         if data[at : at + 1].isspace():
@@ -139,7 +139,7 @@ class _File:
         if name in ("NOD", "ELM"):
             self.version = self.version or "1"
         if name != "MeshFormat" and not self.version:
-            raise DamagedError(f"is no gmsh mesh: ${name} comes before $MeshFormat")
+            raise DamagedError(f"is not a gmsh mesh: ${name} comes before $MeshFormat")
         readers[name](name, data)
 
     def _format(self, name: str, data: bytes) -> None:
@@ -312,7 +312,7 @@ class _File:
     def contents(self) -> Contents:
         """Put the parts together."""
         if not self.version:
-            raise DamagedError("is no gmsh mesh: it has no $MeshFormat")
+            raise DamagedError("is not a gmsh mesh: it has no $MeshFormat")
         if not sum(len(nodes) for nodes, _ in self.elements[2]):
             raise DamagedError("has no triangles; was it saved without a physical surface?")
         if not self.tags:

@@ -133,7 +133,7 @@ def test_surfaces_apart_along_all_their_border_are_refused(tmp_path):
     _, reason = refusal(square.write(tmp_path / "a.msh"), cracks=["crack"])
     assert "is also open along 5 places" in reason
     _, reason = refusal(square.write(tmp_path / "b.msh"))
-    assert "is in 2 pieces that share no nodes" in reason
+    assert "is in 2 parts that share no nodes" in reason
 
 
 def test_lips_with_nodes_of_their_own_are_refused(tmp_path):
