@@ -202,12 +202,14 @@ class Record:
             },
         )
         growth = self.full.growth
-        found = (
-            of_history.doubts_of_domains(history)
-            if growth is None
-            else of_history.doubts_of_path(history, growth)
-        )
-        history.attrs["warnings"] = json.dumps([*self.warnings, *found], ensure_ascii=False)
+        first: list[str] = []
+        if growth is None:
+            found = of_history.doubts_of_domains(history)
+        else:
+            first = of_history.doubts_of_end(history, growth)
+            found = of_history.doubts_of_path(history, growth)
+        warnings = [*first, *self.warnings, *found]
+        history.attrs["warnings"] = json.dumps(warnings, ensure_ascii=False)
         return history
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:

@@ -6,12 +6,15 @@ import os
 import numpy as np
 import pytest
 import xarray as xr
+from growing_scene import growing
 
 import cfmpm
 from cfmpm.ending import RUN_STATUS, Ending
 from cfmpm.output import files, variables
 from cfmpm.output.history import StepRecord, build_history
+from cfmpm.scene.growth import Growth
 from cfmpm.scene.reading import scene_from_dict
+from cfmpm.simulation import run
 
 ENDING = Ending("solved", "solved: all of it")
 
@@ -164,3 +167,14 @@ def test_one_radius_has_no_spread(history):
     step = StepRecord(1.0, {"J_radius": np.array([[2.0]])}, {})
     built = build_history(scene, [step], ENDING, tips=["a"], radii=[1.0], boundaries=[], notes={})
     assert np.isnan(built.J_spread[0, 0])
+
+
+def test_growth_that_the_default_number_of_increments_ends_is_warned_of(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """First of all, since the end of the path was not asked for; not so where it was."""
+    scene = scene_from_dict(growing() | {"growth": {"control": "crack", "increments": 2}})
+    assert not any("growth.increments" in text for text in json.loads(run(scene).history.warnings))
+    monkeypatch.setattr(Growth.model_fields["increments"], "default", 2)
+    first, *_ = json.loads(run(scene).history.warnings)
+    assert first.startswith("the run ended after 2 increments, the default of growth.increments")

@@ -19,6 +19,27 @@ J_FROM_G = 0.05
 OPEN_BALANCE = 0.05
 
 
+def doubts_of_end(history: xr.Dataset, growth: Growth) -> list[str]:
+    """Warn of growth that ended by the default number of increments, which nobody has chosen.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    growth : Growth
+
+    Returns
+    -------
+    list of str
+    """
+    default = Growth.model_fields["increments"].default
+    if history.attrs["run_status"] != "increments" or growth.increments != default:
+        return []
+    return [
+        f"the run ended after {default} increments, the default of growth.increments, while a "
+        "crack could still grow: increase growth.increments to follow it to its end"
+    ]
+
+
 def doubts_of_domains(history: xr.Dataset) -> list[str]:
     """Find the stationary crack tips at which J depends on the domain.
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cfmpm.body.body import Body
+from cfmpm.body.grid import Floats
+from cfmpm.body.notches import sharp_notches
 from cfmpm.body.tip_domains import FILL, RESOLVED
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.registry.laws import LAWS
@@ -96,6 +100,13 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
             "the body has no load, so that all results are zero: add a traction, a force, a "
             "displacement other than zero, or a body_force to loads"
         )
+    found += [
+        f"the boundary has a sharp notch with its root at ({_xy(notch.root)}) and an angle of "
+        f"{notch.angle:.3g} deg, where neither K nor J is evaluated and nothing grows; if a crack "
+        "is meant, take the notch out of the outline and add geometry.cracks: "
+        f"[{{points: [[{_xy(notch.mouth)}], [{_xy(notch.root)}]]}}]"
+        for notch in sharp_notches(body.triangulation)
+    ]
     if body.patches is not None and body.materials.plastic.any():
         found.append(
             "linear triangles (T3) are too stiff in plastic flow near the limit load, also with "
@@ -114,3 +125,8 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
                 "refine the grid at the tip (mesh.grading.tip_size, or mesh.size)"
             )
     return found
+
+
+def _xy(point: Floats) -> str:
+    """Coordinates of a point without round-off of the grid."""
+    return ", ".join(f"{x + 0.0:.6g}" for x in np.round(point, 9))
