@@ -193,6 +193,7 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
         state.decision,
         at.body.grid.tips,
         at.step,
+        lengths=at.body.triangulation.crack_lengths,
         last_level=at.level + 1 == len(mechanics.load_levels(scene)),
         last=at.decision,
         grown=at.body.grown.segments,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ class Triangulation:
         Node pairs of each crack line, consecutive from its first point to its last.
     points : dict of str to int
         The node at each point load or point support, by the load's name.
+    uncounted : dict of str to float
+        Of a crack, the length from its first point on that its crack length leaves out [mm].
     """
 
     nodes: Floats
@@ -44,6 +46,7 @@ class Triangulation:
     edges: Mapping[str, Ints]
     cracks: Mapping[str, Ints]
     points: Mapping[str, int]
+    uncounted: Mapping[str, float] = field(default_factory=dict)
 
     def end_of(self, crack: str, end: int) -> int:
         """Return the first (end 0) or the last (end -1) node of a crack."""
@@ -52,8 +55,11 @@ class Triangulation:
 
     @property
     def crack_lengths(self) -> dict[str, float]:
-        """Length of each crack line [mm]."""
-        return {name: line_length(self.nodes[line_of(p)]) for name, p in self.cracks.items()}
+        """Length of each crack as it is counted [mm]."""
+        return {
+            name: line_length(self.nodes[line_of(pairs)]) - self.uncounted.get(name, 0.0)
+            for name, pairs in self.cracks.items()
+        }
 
     def edge_at(self, node: int) -> str | None:
         """Return the named part of the boundary of the body that a node lies on, if any."""

@@ -300,6 +300,7 @@ def check_end(
     tips: tuple[CrackTip, ...],
     steps: int,
     *,
+    lengths: Mapping[str, float],
     last_level: bool = True,
     last: Decision | None = None,
     grown: Mapping[str, float] | None = None,
@@ -314,6 +315,8 @@ def check_end(
         The remaining tips.
     steps : int
         Number of steps so far.
+    lengths : mapping of str to float
+        Of the cracks, as they are counted [mm].
     last_level : bool
         Whether this is the last load step.
     last : Decision, optional
@@ -337,7 +340,8 @@ def check_end(
             raise RunEnded("increments", text)
         return
     if decision.progress is not None:
-        _check_fracture(decision.progress, None if last is None else last.progress, tips, grown)
+        before = None if last is None else last.progress
+        _check_fracture(decision.progress, before, tips, lengths, grown)
         raise RunEnded(
             "arrested",
             "arrested: the range of K of every tip is at or below the threshold, after "
@@ -353,6 +357,7 @@ def _check_fracture(
     now: Progress,
     before: Progress | None,
     tips: tuple[CrackTip, ...],
+    lengths: Mapping[str, float],
     grown: Mapping[str, float] | None,
 ) -> None:
     """End a run of fatigue in which the driving force of a tip has reached the toughness."""
@@ -360,7 +365,7 @@ def _check_fracture(
     ratio = now.driving[tip.name]
     if not ratio >= 1.0:
         return
-    length = tip.crack_length
+    length = lengths[tip.crack]
     cycles, text = now.cycles, f"fractured: {tip.name} reaches g_c in the first cycle"
     if before is not None:
         # Linear interpolation between the last two steps.

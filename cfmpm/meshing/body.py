@@ -203,6 +203,7 @@ def _named(scene: Scene, body: BodyShape, frame: Frame, raw: Raw, cuts: list[XY]
         {name: np.concatenate(pairs) for name, pairs in edges.items()},
         cracks,
         {name: _node_at(frame.point(point), raw) for name, point in points.items()},
+        {str(c.name): c.uncounted for c in body.geometry.cracks if c.uncounted},
     )
 
 

@@ -73,6 +73,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "edges": list(mesh.edges),
         "cracks": list(mesh.cracks),
         "points": mesh.points,
+        "uncounted": mesh.uncounted,
         "grown": asdict(body.grown),
         "fixed_loads": sorted(body.loading.fixed_names),
         "origin": asdict(record.origin),
@@ -240,6 +241,7 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         edges={name: arrays[f"mesh.edges.{i}"] for i, name in enumerate(texts["edges"])},
         cracks={name: arrays[f"mesh.cracks.{i}"] for i, name in enumerate(texts["cracks"])},
         points=texts["points"],
+        uncounted=texts["uncounted"],
     )
     names = {place: name for name, place in record.origin.tips.items()}
     grid = bodies.named_grid(mesh, record.full.mesh.element, names)

@@ -23,7 +23,7 @@ _REACTION = (
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tip_x": (TIP, "mm", "position of the crack tip"),
     "tip_y": (TIP, "mm", "position of the crack tip"),
-    "crack_length": (TIP, "mm", "length of the crack line that ends at the tip"),
+    "crack_length": (TIP, "mm", "length of the crack that ends at the tip"),
     "tip_status": (TIP, "1", "status of the tip"),
     "cf_x": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
     "cf_y": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),

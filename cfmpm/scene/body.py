@@ -17,10 +17,12 @@ from pydantic import (
 from cfmpm.scene.base import Model, refusal
 from cfmpm.scene.material import Material
 from cfmpm.scene.quantities import (
+    LARGEST_LENGTH,
     Coordinate,
     GroupName,
     Length,
     Name,
+    Number,
     Point,
 )
 
@@ -86,6 +88,11 @@ class Crack(Model):
 
     name: Name | None = Field(None, description="name of the crack; default crack_1, crack_2 ...")
     points: list[Point] = Field(min_length=2, description="corners of the crack line [mm]")
+    uncounted: Annotated[Number, Field(ge=0, le=LARGEST_LENGTH)] = Field(
+        0.0,
+        description="length of the line from its first point on that crack_length leaves out [mm], "
+        "such as that from the edge to the load line of a compact tension specimen",
+    )
 
 
 class Geometry(Model):

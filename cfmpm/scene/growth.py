@@ -15,6 +15,7 @@ from cfmpm.registry.criteria import DEFAULT_DIRECTION, DIRECTIONS, DRIVING_FORCE
 from cfmpm.scene.base import Model, OneOf, list_or_count, refusal
 from cfmpm.scene.quantities import (
     Count,
+    CountBesideList,
     Length,
     Number,
     Positive,
@@ -25,7 +26,7 @@ class Fracture(Model):
     """What is evaluated at the crack tips."""
 
     radii: Annotated[
-        Annotated[Count, Field(ge=1, le=20), Tag("(count)")]
+        Annotated[CountBesideList, Field(ge=1, le=20), Tag("(count)")]
         | Annotated[list[Length], Field(min_length=1, max_length=20), Tag("(list)")],
         Discriminator(list_or_count),
     ] = Field(1, description="domain radii [mm], or their number; the spread needs at least two")

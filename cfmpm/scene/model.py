@@ -30,6 +30,7 @@ from cfmpm.scene.material import Material
 from cfmpm.scene.mesh import Mesh
 from cfmpm.scene.quantities import (
     Count,
+    CountBesideList,
     Length,
     Name,
     Number,
@@ -127,7 +128,7 @@ class Scene(Model):
     updated: Updated = Field(Updated(), description="options of formulation: updated")
     loads: list[Load] = Field([], description="loads and supports; empty where a family has them")
     load_steps: Annotated[
-        Annotated[Count, Field(ge=1, le=100_000), Tag("(count)")]
+        Annotated[CountBesideList, Field(ge=1, le=100_000), Tag("(count)")]
         | Annotated[
             list[Number],
             Field(min_length=1, max_length=100_000),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from numbers import Real
+from numbers import Integral, Real
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -50,8 +50,15 @@ def _group(value: str) -> str:
 def _count(value: Any) -> int:
     number = _number(value)
     if not number.is_integer():
-        raise ValueError("must be a whole number, or a list of numbers")
+        raise ValueError("must be a whole number")
     return int(number)
+
+
+def _count_beside_list(value: Any) -> int:
+    """Take whole numbers as they are written: 5.0 may be meant as a list of one."""
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return _count(value)
+    raise ValueError("must be a whole number, which counts, or a list of numbers in brackets")
 
 
 Number = Annotated[float, BeforeValidator(_number)]
@@ -64,3 +71,4 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
 # The name of a physical group of a mesh file: gmsh takes any text.
 GroupName = Annotated[str, Field(min_length=1, max_length=127), AfterValidator(_group)]
 Count = Annotated[int, BeforeValidator(_count)]
+CountBesideList = Annotated[int, BeforeValidator(_count_beside_list)]

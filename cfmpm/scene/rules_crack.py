@@ -41,6 +41,9 @@ def _line(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
         yield f"{key}.points[{i}]", f"repeats the point before, {at(crack.points[i])}"
     if repeated:
         return
+    length = body.cracks[str(crack.name)].length
+    if crack.uncounted >= length:
+        yield f"{key}.uncounted", f"must be less than the length of the crack, {length:g}"
     segments = [LineString(pair) for pair in pairwise(crack.points)]
     close = (
         shapely.distance(segments[i], segments[i + 2 :]).min() <= ON * body.size

@@ -106,7 +106,11 @@ class Parameter(Model):
 
     def replaced(self, value: Any) -> dict[str, Any]:
         """What one of its values puts into the scene, by dotted keys."""
-        return dict(value) if self.variants is not None else {str(self.key): value}
+        if self.variants is not None:
+            return dict(value)
+        if self.values is None and float(value).is_integer():
+            value = int(value)  # the key may be a count
+        return {str(self.key): value}
 
 
 class Uncertain(Model):

@@ -133,13 +133,13 @@ CONFIG = Growth(increments=3)
 )
 def test_reasons_to_end(config, decision, tips, step, status):
     with pytest.raises(RunEnded) as end:
-        growth.check_end(config, decision, tips, step)
+        growth.check_end(config, decision, tips, step, lengths={})
     assert end.value.ending.status == status
     assert end.value.ending.text.startswith(f"{status}: ")
     assert end.value.cracks is None
 
 
 def test_no_reason_to_end():
-    growth.check_end(CONFIG, GOES_ON, GRID.tips, 3)
-    growth.check_end(None, GOES_ON, GRID.tips, 1, last_level=False)
-    growth.check_end(CONFIG, STOPS, GRID.tips, 1, last_level=False)
+    growth.check_end(CONFIG, GOES_ON, GRID.tips, 3, lengths={})
+    growth.check_end(None, GOES_ON, GRID.tips, 1, last_level=False, lengths={})
+    growth.check_end(CONFIG, STOPS, GRID.tips, 1, last_level=False, lengths={})

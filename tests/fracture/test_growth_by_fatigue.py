@@ -18,6 +18,7 @@ from cfmpm.scene.growth import Fatigue, Growth
 
 GRID = build_grid(rectangle(8, 6, crack=(3, 2, 5)), "T3")
 START, END = "crack_1_start", "crack_1_end"
+LENGTHS = {"crack_1": 0.3}  # as its specimen counts it: less than its line, 3 / 8
 LAW = Fatigue(C=1e-3, m=2.0, threshold=0.5)
 CONFIG = Growth(control="fatigue", order=1)
 SLOW, FAST = {"a": 1e-3, "b": 5e-4}, {"a": 1.0, "b": 0.5}
@@ -98,7 +99,9 @@ class TestFracture:
         decision = Decision(1.0, {}, {}, now)
         before = None if last is None else Decision(1.0, {}, {}, last)
         with pytest.raises(RunEnded) as ended:
-            growth.check_end(CONFIG, decision, GRID.tips, 5, last=before, grown=grown)
+            growth.check_end(
+                CONFIG, decision, GRID.tips, 5, last=before, grown=grown, lengths=LENGTHS
+            )
         return ended.value
 
     def test_a_quarter_of_the_way_back(self) -> None:
@@ -108,7 +111,7 @@ class TestFracture:
         end = self.end_of(now, last, **{START: 0.125, END: 0.5})
         assert end.ending.status == "fractured"
         assert end.ending.values == pytest.approx(
-            {"cycles_to_fracture": 130.0, "critical_crack_length": 3 / 8 - 0.125 / 4}
+            {"cycles_to_fracture": 130.0, "critical_crack_length": 0.3 - 0.125 / 4}
         )
         assert end.ending.text.startswith(f"fractured: {START} reaches g_c at a crack length of")
 

@@ -75,7 +75,7 @@ class TestWhatIsLeftOfABodyThatCameApart:
         assert left.load_factor == math.inf
         assert left.running == {}
         with pytest.raises(RunEnded, match="no tip meets the criterion at any load") as end:
-            growth.check_end(Growth(control="crack"), left, GRID.tips, 3)
+            growth.check_end(Growth(control="crack"), left, GRID.tips, 3, lengths={})
         assert end.value.ending.status == "stopped"
 
     @pytest.mark.parametrize("load", [0.01, 1.0, 50.0])
@@ -211,6 +211,6 @@ def test_where_no_tip_is_left_the_load_is_unknown_but_under_load_control() -> No
 def test_a_load_that_rises_is_awaited() -> None:
     nothing = Decision(1.0, {})
     for config in (None, Growth()):
-        growth.check_end(config, nothing, GRID.tips, 1, last_level=False)
+        growth.check_end(config, nothing, GRID.tips, 1, last_level=False, lengths={})
         with pytest.raises(RunEnded):
-            growth.check_end(config, nothing, GRID.tips, 1)
+            growth.check_end(config, nothing, GRID.tips, 1, lengths={})

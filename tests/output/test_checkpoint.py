@@ -36,7 +36,7 @@ SCENE: dict[str, Any] = {
         "outline": [[0, 0], [20, 0], [20, 12], [0, 12]],
         "holes": [{"name": "hole", "circle": {"centre": [13, 8], "radius": 1.5}}],
         "cracks": [
-            {"name": "edge", "points": [[0, 6], [3, 6]]},
+            {"name": "edge", "points": [[0, 6], [3, 6]], "uncounted": 1},
             {"name": "inner", "points": [[6, 4.5], [8, 5]]},
         ],
         "regions": [

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scene_texts import changed
+from shapely import Point, box
 
 from cfmpm.scene import Scene, body_polygon, expand, scene_from_dict, tip_points
 from cfmpm.scene.body import Geometry
@@ -60,14 +61,9 @@ def resultant(scene: Scene) -> tuple[np.ndarray, float]:
             assert load.point is not None
             at, f = np.array(load.point), np.array(load.force)
         elif load.traction is not None:
-            hole = next((h for h in whole.geometry.holes if h.name == load.edge), None)
-            if hole is not None:
-                assert hole.circle is not None
-                at, length = np.array(hole.circle.centre), math.tau * hole.circle.radius
-            else:
-                (i,) = [i for i, v in enumerate(corners) if v.edge == load.edge]
-                a, b = np.array(corners[i].at), np.array(corners[(i + 1) % 4].at)
-                at, length = (a + b) / 2, math.dist(a, b)
+            (i,) = [i for i, v in enumerate(corners) if v.edge == load.edge]
+            a, b = np.array(corners[i].at), np.array(corners[(i + 1) % 4].at)
+            at, length = (a + b) / 2, math.dist(a, b)
             f = length * np.array(load.traction)
         else:
             continue
@@ -133,10 +129,16 @@ def test_compact_tension_is_that_of_astm_e399() -> None:
     for load, sign in zip(scene.loads, (1, -1), strict=True):
         assert load.traction is not None
         assert load.traction[0] == 0
-        assert load.traction[1] * math.pi * 0.25 * w == pytest.approx(sign * 100)
-    force, moment = resultant(scene)
-    assert np.allclose(force, 0)
-    assert moment == pytest.approx(0)
+        assert load.box is not None
+        pin = pins[str(load.name)]
+        arc = Point(pin.centre).buffer(pin.radius, 720).exterior
+        pressed = arc.intersection(box(*np.sort(load.box, axis=0).ravel()))
+        # 60 degrees of the hole, about the direction of the pull.
+        assert pressed.length == pytest.approx(pin.radius * math.pi / 3, rel=1e-3)
+        assert pressed.centroid.x == pytest.approx(pin.centre[0])
+        assert (pressed.centroid.y - pin.centre[1]) * sign > 0.9 * pin.radius
+        assert load.traction[1] * pin.radius * math.pi / 3 == pytest.approx(sign * 100)
+    assert scene.geometry.cracks[0].uncounted == 0.25 * w
 
 
 def test_three_point_bend() -> None:

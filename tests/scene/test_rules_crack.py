@@ -35,6 +35,13 @@ REFUSED = [
     ("[{points: [[10, 10], [20, 10], [15, 10]]}]", "", "[0].points", "touches itself"),
     ("[{points: [[10, 10], [10, 10]]}]", "", "[0].points[1]", "repeats the point before"),
     (
+        "[{points: [[10, 10], [13, 14]], uncounted: 5}]",
+        "",
+        "[0].uncounted",
+        "must be less than the length of the crack, 5",
+    ),
+    ("[{points: [[10, 10], [13, 14]], uncounted: -1}]", "", "[0].uncounted", "at least 0"),
+    (
         "[{points: [[10, 10], [20, 10], [20.00001, 10], [30, 20]]}]",
         "",
         "[0].points[2]",

@@ -110,6 +110,17 @@ def test_a_long_list_is_not_checked_by_pairs() -> None:
     assert not list(broken_rules(Study.model_validate(study), RESERVED))
 
 
+@pytest.mark.parametrize("key", ["fracture.radii", "load_steps", "growth.increments"])
+def test_equally_spaced_whole_numbers_may_be_counts(key: str, tmp_path: Path) -> None:
+    text = STUDY.replace("material.E, linspace: [100e3, 200e3, 2]", f"{key}, linspace: [2, 8, 4]")
+    replaced = "replace: {material.g_c: 1, growth: {control: load}}\nproduct:"
+    members = load_study(write_study(tmp_path, text.replace("product:", replaced))).members
+    first, second = key.split(".") if "." in key else (key, "")
+    found = [getattr(one.scene, first) for one in members]
+    found = [getattr(value, second) if second else value for value in found]
+    assert found == [2, 4, 6, 8] * 2
+
+
 def test_labels(tmp_path: Path) -> None:
     text = STUDY + "zip:\n  nu: {key: material.nu, values: [0.2, 0.3]}\n"
     plan = load_study(write_study(tmp_path, text))

@@ -11,14 +11,21 @@ from cfmpm.scene.base import refusal
 from cfmpm.scene.body import Circle, Crack, Geometry, Hole
 from cfmpm.scene.loads import Load
 from cfmpm.scene.quantities import Length, Number
+from cfmpm.scene.shapes import XY
 from cfmpm.scene.specimens.specimen import Specimen, rectangle
 
 # Pin holes, and which way each is pulled.
 PINS = {"pin_top": 1, "pin_bottom": -1}
+# A pin presses on so much of its hole, about the direction of the pull [rad].
+PRESSED = math.radians(60)
 
 
 class CompactTension(Specimen):
-    """Compact tension specimen (ASTM E399 proportions); pin holes pin_top and pin_bottom."""
+    """Compact tension specimen (ASTM E399 proportions); pin holes pin_top and pin_bottom.
+
+    Each pin presses on 60 degrees of its hole; `crack_length` of the history counts from the load
+    line, too.
+    """
 
     load_key: ClassVar[str] = "force"
 
@@ -40,22 +47,34 @@ class CompactTension(Specimen):
             holes=[
                 Hole(
                     name=name,
-                    circle=Circle(
-                        centre=(load_line, middle + side * 0.275 * self.width),
-                        radius=self._diameter / 2,
-                    ),
+                    circle=Circle(centre=self._centre(side), radius=self._diameter / 2),
                 )
                 for name, side in PINS.items()
             ],
-            cracks=[Crack(points=[(0, middle), (load_line + self.crack_length, middle)])],
+            cracks=[
+                Crack(
+                    points=[(0, middle), (load_line + self.crack_length, middle)],
+                    uncounted=load_line,
+                )
+            ],
         )
 
     def loads(self) -> list[Load]:
         if self.force is None:
             return []
-        # Spread evenly over the circumference: the resultant is the force, the moment zero.
-        pull = self.force / (math.pi * self._diameter)
-        return [Load(edge=name, traction=(0, side * pull)) for name, side in PINS.items()]
+        radius = self._diameter / 2
+        wide, high = radius * math.sin(PRESSED / 2), radius * math.cos(PRESSED / 2)
+        pull = self.force / (PRESSED * radius)
+        loads = []
+        for name, side in PINS.items():
+            x, y = self._centre(side)
+            box = ((x - wide, y + side * high), (x + wide, y + side * 1.1 * radius))
+            loads.append(Load(name=name, box=box, traction=(0, side * pull)))
+        return loads
+
+    def _centre(self, side: int) -> XY:
+        """Of the upper pin hole, 1, or of the lower, -1 [mm]."""
+        return 0.25 * self.width, (0.6 + side * 0.275) * self.width
 
     @property
     def _diameter(self) -> float:
