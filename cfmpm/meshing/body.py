@@ -17,11 +17,11 @@ from cfmpm.errors import MeshError
 from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_areas
 from cfmpm.meshing.session import gmsh_session
 from cfmpm.meshing.sizes import GROWTH, grading_in, size_in
-from cfmpm.scene.body import Crack, Geometry
+from cfmpm.scene.body import Circle, Crack, Geometry, Vertex
 from cfmpm.scene.geometry import ON, BodyShape, polygon_of, shape_of, snap
 from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene
-from cfmpm.scene.shapes import XY, Side, sides_of
+from cfmpm.scene.shapes import XY, Side, anticlockwise, sides_of
 
 # In the unit frame; OpenCASCADE merges points closer than 1e-7.
 TOLERANCE = 1e-6
@@ -89,9 +89,13 @@ def _drawing(scene: Scene, body: BodyShape, frame: Frame, cuts: list[XY]) -> Dra
     def drawn(sides: Iterable[Side]) -> list[Side]:
         return [frame.side(side) for side in sides]
 
+    # OpenCASCADE loses cracks in a face whose outline is clockwise.
+    def line(shape: Circle | list[Vertex]) -> list[Side]:
+        return drawn(anticlockwise(sides_of(shape)))
+
     return Drawing(
-        [drawn(sides_of(shape)) for shape in (geometry.outline, *map(shape_of, geometry.holes))],
-        [drawn(sides_of(shape_of(region))) for region in geometry.regions],
+        [line(shape) for shape in (geometry.outline, *map(shape_of, geometry.holes))],
+        [line(shape_of(region)) for region in geometry.regions],
         [side for crack in geometry.cracks for side in drawn(_segments(crack))],
         [
             *(frame.point(load.point) for load in scene.loads if load.point is not None),

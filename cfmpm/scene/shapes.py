@@ -123,6 +123,14 @@ def sides_of(shape: Circle | Sequence[Vertex]) -> list[Side]:
     return [Side(v.at, w.at, v.through) for v, w in zip(shape, following, strict=True)]
 
 
+def anticlockwise(sides: Sequence[Side]) -> list[Side]:
+    """Return the sides of a closed line in the anticlockwise sense."""
+    x, y = (np.array(ring(sides)) - np.array(sides[0].start)).T
+    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0.0:
+        return list(sides)
+    return [Side(side.end, side.start, side.through) for side in reversed(sides)]
+
+
 def ring(sides: Sequence[Side]) -> list[XY]:
     """Points along a closed line, the first not repeated."""
     return [point for side in sides for point in side.points()]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import subprocess
 import sys
 
@@ -93,6 +94,43 @@ def test_every_body_is_meshed_soundly(name, grading):
         np.testing.assert_array_equal(t.nodes[[first, last]], [line.points[0], line.points[-1]])
         expected = np.hypot(*np.diff(line.points, axis=0).T).sum()
         assert lengths(t, t.cracks[f"crack_{i}"]).sum() == pytest.approx(expected, rel=1e-12)
+
+
+def reversed_line(corners):
+    """The same closed line in the other sense."""
+    given = [corner if isinstance(corner, dict) else {"at": corner} for corner in corners]
+    return [
+        {"at": corner["at"]} | ({"through": to["through"]} if "through" in to else {})
+        for corner, to in zip(given[::-1], given[-2::-1] + given[-1:], strict=True)
+    ]
+
+
+ROUND = [(0, 0), {"at": (10, 0), "through": (11, 5)}, (10, 10), (0, 10)]
+D = [(4, 4), {"at": (6, 4), "through": (7, 5)}, (6, 6), (4, 6)]
+WEDGE = [(2, 7), (3, 7), (3, 8)]
+INLAY = [(7, 1), (9, 1), (9, 3)]
+
+
+@pytest.mark.parametrize("outline", [SQUARE, ROUND], ids=["straight", "with an arc"])
+@pytest.mark.parametrize("shift", [0, 3])
+def test_either_sense_of_each_closed_line_gives_the_same_body(outline, shift):
+    """Outline, holes and regions, from any corner on, with a crack in either sense."""
+    line = [(0, 5), (3, 5)]
+    senses = itertools.product((list, reversed_line), repeat=4)
+    for i, (way, of_hole, of_other, of_region) in enumerate(senses):
+        corners = way(outline)
+        corners = corners[shift:] + corners[:shift]
+        scene = body(
+            corners,
+            holes=[{"polygon": of_hole(D)}, {"polygon": of_other(WEDGE)}][: i % 3],
+            cracks=[crack(*line[:: (-1) ** i])],
+            regions=[region("inlay", polygon=of_region(INLAY))],
+            mesh={"size": 2},
+        )
+        t = triangulate(scene)
+        assert_sound(t)
+        assert lengths(t, t.cracks["crack_1"]).sum() == pytest.approx(3, rel=1e-12)
+        assert areas(t)[t.regions == 1].sum() == pytest.approx(2, rel=1e-12)
 
 
 def test_a_sharp_corner_is_meshed_as_well_as_it_can_be():
