@@ -99,8 +99,6 @@ class CrackTip:
         Unit vector along the crack at the tip, pointing ahead.
     h : float
         Mean length of the grid edges at the tip [mm].
-    straight : float
-        Length of the straight part of the crack behind the tip [mm].
     """
 
     name: str
@@ -110,7 +108,6 @@ class CrackTip:
     path: Floats
     tangent: Floats
     h: float
-    straight: float
 
     @property
     def crack_length(self) -> float:
@@ -322,10 +319,7 @@ def _tips(
     for end, path in inside.items():
         tip = path[-1]
         back = nodes[path[::-1]] - nodes[tip]
-        distance = np.hypot(*back.T)
-        tangent = -back[1] / distance[1]
-        aside = np.abs(back @ np.array([-tangent[1], tangent[0]]))
-        bent = np.flatnonzero(aside > 1e-6 * distance + 1e-12 * distance.max())
+        tangent = -back[1] / np.hypot(*back[1])
         star = half_edges[offsets[tip] : offsets[tip + 1]]
         rim = nodes[triangles[star // 3, (star + 1) % 3]]
         tips.append(
@@ -337,7 +331,6 @@ def _tips(
                 path=nodes[path[::-1]],
                 tangent=tangent,
                 h=float(np.hypot(*(rim - nodes[tip]).T).mean()),
-                straight=float(distance[bent[0] - 1] if bent.size else distance[-1]),
             )
         )
     return tips

@@ -91,7 +91,7 @@ def choose_domains(
     wanted : int or sequence of float
         Number of radii to choose, or the radii [mm].
     growing : bool
-        Whether the crack grows: the domain may then contain kinks of its own crack.
+        Whether the crack grows: the domain may then contain sharp kinks of its own crack.
 
     Returns
     -------
@@ -136,12 +136,15 @@ def _fractions(count: int) -> Floats:
 def _to_obstacle(grid: Grid, tip: CrackTip, *, growing: bool) -> Floats:
     """Vector from a tip to the nearest object that limits its clearance [mm], (2,).
 
-    Objects are the outline, holes, other cracks, a kink or the other end of its own crack, the
-    interface to another material, and points of forces and supports.
+    Objects are the outline, holes, other cracks, the other end of its own crack and parts of it
+    that come back to the tip, the interface to another material, and points of forces and supports;
+    for a stationary tip also a sharp kink of its own crack.
     """
     x = grid.nodes[tip.node]
-    # A growing crack has many kinks: only the other end of its line limits the clearance.
-    ways = [tip.path[-1] - x if growing else -tip.straight * tip.tangent, _to_own_flank(tip)]
+    ways = [tip.path[-1] - x, _to_own_flank(tip)]
+    if not growing:
+        # The fields are singular there; where a crack is curved they are smooth.
+        ways.append(_to_sharp_bend(tip))
     obstacles = [edges[:, :2] for edges in grid.edges.values()]
     for name, faces in grid.crack_faces.items():
         if name != tip.crack:
@@ -180,12 +183,19 @@ def sharp_bend(tip: CrackTip) -> float:
     The fields are singular there. Unless the grid is graded towards the kink too, the flux through
     the adjacent crack faces is not accurate.
     """
+    return float(np.hypot(*_to_sharp_bend(tip)))
+
+
+def _to_sharp_bend(tip: CrackTip) -> Floats:
+    """Vector from a tip to the nearest sharp kink of its crack; infinite without one, (2,)."""
     heading = -np.diff(tip.path, axis=0)
     ahead, behind = heading[:-1], heading[1:]
     cross = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
     turn = np.abs(np.arctan2(cross, (ahead * behind).sum(axis=1)))
     corners = tip.path[1:-1][turn > SHARP] - tip.path[0]
-    return float(np.hypot(*corners.T).min(initial=np.inf))
+    if not len(corners):
+        return np.full(2, np.inf)
+    return corners[np.argmin(np.hypot(*corners.T))]
 
 
 def _to_own_flank(tip: CrackTip) -> Floats:

@@ -10,6 +10,9 @@ from cfmpm.body.grid import CrackTip, Floats, Grid
 from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels import eshelby, finite
 
+# Change of direction [rad] below which a crack is straight, but for round-off.
+STRAIGHT = 1e-9
+
 
 def nodal_force(
     grid: Grid, points: DeformedPoints, gradients: Floats, body_force: Floats
@@ -113,17 +116,57 @@ def ring_weight(grid: Grid, tip: CrackTip, radius: float) -> Floats:
         triangle, and the points integrate the energy-momentum tensor exactly.
     """
     q = np.clip(2.0 - 2.0 * _distance(grid, tip) / radius, 0.0, 1.0)
+    return _linear_between_corners(grid, q)
+
+
+def virtual_extension(grid: Grid, tip: CrackTip, radius: float) -> Floats:
+    """Virtual extension of a crack along itself: the weight of a ring times the crack's direction.
+
+    Parameters
+    ----------
+    grid : Grid
+    tip : CrackTip
+    radius : float
+        Outer radius of the ring [mm].
+
+    Returns
+    -------
+    (n, 2) float
+        `ring_weight` times the direction in which the crack runs at the same distance from its tip:
+        the tangent at the tip, and along the faces everywhere, so that nothing passes through
+        these however the crack bends.
+    """
+    q = ring_weight(grid, tip, radius)
+    away = np.hypot(*(tip.path - tip.path[0]).T)
+    # Segments in the ring; those that come back towards the tip are out of its reach.
+    leaves = (np.diff(away) > 0.0) & (away[:-1] < radius)
+    n = len(leaves) if leaves.all() else int(np.argmin(leaves))
+    headings = -np.diff(tip.path[: n + 1], axis=0)
+    angles = np.unwrap(np.arctan2(headings[:, 1], headings[:, 0]))
+    if np.ptp(angles) <= STRAIGHT:
+        return np.outer(q, tip.tangent)
+    # At a node of the crack it is the mean of both sides of it.
+    at_nodes = np.concatenate([angles[:1], 0.5 * (angles[1:] + angles[:-1]), angles[-1:]])
+    turned = np.interp(_distance(grid, tip), away[: n + 1], at_nodes)
+    along = np.column_stack([np.cos(turned), np.sin(turned)])
+    return _linear_between_corners(grid, q[:, None] * along)
+
+
+def _linear_between_corners(grid: Grid, values: Floats) -> Floats:
+    """Put what is linear between the corners at the other nodes; the array itself is changed."""
     element = grid.element
     for node in range(3, len(element.nodes)):
         corners = np.flatnonzero(element.nodes[node])
         parts = element.nodes[node] / element.order
-        q[grid.elements[:, node]] = sum(parts[k] * q[grid.elements[:, k]] for k in corners)
-    return q
+        values[grid.elements[:, node]] = sum(
+            parts[k] * values[grid.elements[:, k]] for k in corners
+        )
+    return values
 
 
-def j_integral(nodal: Floats, q: Floats, tip: CrackTip) -> float:
-    """Return J = sum_I q_I CF_I . t of a ring [N/mm] (Li, Shih and Needleman 1985)."""
-    return float(q @ nodal @ tip.tangent)
+def j_integral(nodal: Floats, extension: Floats) -> float:
+    """Return J = sum_I v_I . CF_I of a virtual extension v [N/mm] (Li, Shih, Needleman 1985)."""
+    return float((extension * nodal).sum())
 
 
 def angle(force: Floats, tip: CrackTip) -> float:

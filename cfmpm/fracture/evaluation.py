@@ -175,13 +175,13 @@ def _critical_load(row: Mapping[str, Any], toughness: float) -> dict[str, float]
 
 def _j_plastic(grid: Grid, plastic: Floats, tip: CrackTip, radius: float) -> float:
     """Contribution of plastic work to J over a ring [N/mm]."""
-    return cf.j_integral(plastic, cf.ring_weight(grid, tip, radius), tip)
+    return cf.j_integral(plastic, cf.virtual_extension(grid, tip, radius))
 
 
 def _j_integral(near: _Neighbourhood, radius: float) -> float:
     """J over a ring [N/mm]; the radius is limited by the nearest sharp bend of the crack."""
     radius = min(radius, FILL * sharp_bend(near.tip))
-    return cf.j_integral(near.nodal, cf.ring_weight(near.grid, near.tip, radius), near.tip)
+    return cf.j_integral(near.nodal, cf.virtual_extension(near.grid, near.tip, radius))
 
 
 @dataclass(frozen=True)

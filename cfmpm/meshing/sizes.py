@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from itertools import pairwise
 
 from shapely import LineString, Point
 
+from cfmpm.body.tip_domains import SHARP
 from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import BodyShape
 from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene
 from cfmpm.scene.rules import estimated_triangles
+from cfmpm.scene.shapes import XY
 
 # Ratio of the element size elsewhere, and of the crack length, to the element size at a growing
 # tip: K is then within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
@@ -92,12 +95,25 @@ def expected_triangles(scene: Scene) -> float | None:
 
 
 def _room(body: BodyShape, crack_name: str, end: int) -> float:
-    """Distance from a tip to the boundary, another crack, and a kink or the end of its own [mm]."""
+    """Distance from a tip to the boundary, another crack, or a part of its own [mm].
+
+    These are its other end, a sharp kink, and what comes back towards the tip.
+    """
     lines = {str(crack.name): crack.points for crack in body.geometry.cracks}
     own = lines.pop(crack_name)
-    tip = Point(own[end])
+    own = own[::-1] if end == -1 else own
+    tip = Point(own[0])
     others = [LineString(points) for points in lines.values()]
-    if len(own) > 2:
-        others.append(LineString(own[:-1] if end == -1 else own[1:]))
-    length = sum(math.dist(a, b) for a, b in pairwise(own))
-    return min(length, *(float(tip.distance(line)) for line in (body.polygon.boundary, *others)))
+    length, parts = 0.0, []
+    for i, (a, b) in enumerate(pairwise(own)):
+        if i and (_turn(own[i - 1], a, b) > SHARP or length > 2.0 * math.dist(own[0], a)):
+            parts.append(math.dist(own[0], a))
+        length += math.dist(a, b)
+    clear = (float(tip.distance(line)) for line in (body.polygon.boundary, *others))
+    return min(length, *parts, *clear)
+
+
+def _turn(a: XY, b: XY, c: XY) -> float:
+    """Angle by which a line turns at its second point [rad]."""
+    ahead, back = complex(c[0] - b[0], c[1] - b[1]), complex(b[0] - a[0], b[1] - a[1])
+    return abs(cmath.phase(ahead / back))

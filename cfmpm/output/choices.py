@@ -97,7 +97,7 @@ def choices(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
             "domain_note": (
                 f"a domain radius is at most {FILL} of the clearance of the tip, so that the "
                 "domain contains no outline, hole, other crack or tip, support or other material, "
-                "nor, around a stationary tip, a kink of its own crack"
+                "nor, around a stationary tip, a sharp kink of its own crack"
             ),
         }
     return notes

@@ -74,7 +74,7 @@ class Solved:
             self.balance.contact_force,
         )
         nodal = cf.nodal_force(grid, points, self.gradients, nothing)
-        return k, cf.j_integral(nodal, q, tip)
+        return k, cf.j_integral(nodal, np.outer(q, tip.tangent))
 
 
 def solve(scene: dict, solver: str = "superlu") -> Solved:
