@@ -187,16 +187,18 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
     if balance.stopped:
         word = "unstable" if balance.is_last else "unsolvable"
         raise RunEnded(word, f"{word}: {balance.stopped}")
-    scene = at.scene
+    scene, tips = at.scene, at.body.grid.tips
+    pressure = state.tips.get("contact_pressure", [])
     growth.check_end(
         scene.growth,
         state.decision,
-        at.body.grid.tips,
+        tips,
         at.step,
         lengths=at.body.triangulation.crack_lengths,
         last_level=at.level + 1 == len(mechanics.load_levels(scene)),
         last=at.decision,
         grown=at.body.grown.segments,
+        pressed=[tip.name for tip, p in zip(tips, pressure, strict=True) if p > 0.0],
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from cfmpm.body.body import Body
 from cfmpm.body.crack_faces import smallest_openings
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
-from cfmpm.body.materials import Materials
+from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
 from cfmpm.body.tip_domains import FILL, sharp_bend
 from cfmpm.equilibrium.balance import Equilibrium
@@ -24,7 +24,12 @@ from cfmpm.fracture.criteria.protocols import (
     is_closed,
     load_factor_at_fracture,
 )
-from cfmpm.fracture.interaction import bent_faces, intensity_factors
+from cfmpm.fracture.interaction import (
+    bent_faces,
+    intensity_factors,
+    least_energy_release_rate,
+)
+from cfmpm.fracture.pressed_faces import PressedFaces
 from cfmpm.registry.criteria import DEFAULT_DIRECTION
 
 
@@ -90,6 +95,8 @@ def evaluate_tips(
             row |= kink(row, direction_by(direction))
             if balance.proportional:
                 row |= _critical_load(row, float(material.g_c[0]))
+        else:
+            row |= _pressed(near, largest, material)
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
     return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
@@ -133,7 +140,21 @@ def _factors_of_ring(
         "K_I_radius": k.K_I,
         "K_II_radius": k.K_II,
         "T_stress_radius": k.T_stress,
+        "contact_pressure": k.pressure,
+        "G_floor": k.G_floor,
     }
+
+
+def _pressed(near: _Neighbourhood, radius: float, material: Materials) -> dict[str, float]:
+    """Pressure of the faces of a closed tip on each other, and what J can tell, without K."""
+    pressure = 0.0
+    if near.contact_force is not None:
+        faces = PressedFaces.behind(near.grid, near.contact_force, near.tip)
+        if faces.closed:
+            pressure = faces.mean(cf.ring_weight(near.grid, near.tip, radius))
+    modulus = plane_modulus(*material.lame[0])
+    floor = least_energy_release_rate(pressure, radius, modulus)
+    return {"contact_pressure": pressure, "G_floor": floor}
 
 
 def _of_rings(rings: Sequence[dict[str, float]], largest: int) -> dict[str, Any]:

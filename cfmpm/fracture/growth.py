@@ -219,11 +219,16 @@ def _headings(
 
     A tip cannot grow if it is closed, or if the criterion gives no direction; its direction is
     then the tangent. At finite deformation there is no K. There, contact of the crack faces leaves
-    in J only the contribution of shear.
+    in J only the contribution of shear, which counts where it is above the error of the method.
     """
     closed = np.zeros(len(grid.tips), bool)
+    without_k = np.ones(len(grid.tips), bool)
     if "K_I" in values:
         closed |= is_closed(np.asarray(values["K_I"]), np.asarray(values["K_II"]))
+        without_k = np.isnan(values["K_I"])
+    if "contact_pressure" in values:
+        pressed = without_k & (np.asarray(values["contact_pressure"]) > 0.0)
+        closed |= pressed & (np.asarray(values["J"]) <= values["G_floor"])
     criterion = direction_by(growth.direction)
     heading = {}
     for i, tip in enumerate(grid.tips):
@@ -304,6 +309,7 @@ def check_end(
     last_level: bool = True,
     last: Decision | None = None,
     grown: Mapping[str, float] | None = None,
+    pressed: Collection[str] = (),
 ) -> None:
     """End the run if neither growth nor a further load step follows this step.
 
@@ -323,6 +329,8 @@ def check_end(
         The previous decision.
     grown : mapping of str to float, optional
         As in `decide`.
+    pressed : collection of str
+        Tips whose faces press on each other.
 
     Raises
     ------
@@ -339,18 +347,19 @@ def check_end(
             text = f"increments: the limit growth.increments of {growth.increments} is reached"
             raise RunEnded("increments", text)
         return
+    shut = f"; pressed shut: {', '.join(pressed)}" if pressed else ""
     if decision.progress is not None:
         before = None if last is None else last.progress
         _check_fracture(decision.progress, before, tips, lengths, grown)
         raise RunEnded(
             "arrested",
             "arrested: the range of K of every tip is at or below the threshold, after "
-            f"{decision.progress.cycles:.6g} cycles",
+            f"{decision.progress.cycles:.6g} cycles{shut}",
         )
     if math.isinf(decision.load_factor):
-        raise RunEnded("stopped", "stopped: no tip meets the criterion at any load")
+        raise RunEnded("stopped", f"stopped: no tip meets the criterion at any load{shut}")
     if last_level:
-        raise RunEnded("stopped", "stopped: no tip meets the criterion")
+        raise RunEnded("stopped", f"stopped: no tip meets the criterion{shut}")
 
 
 def _check_fracture(

@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, lengths_of
+from cfmpm.body.grid import CrackTip, Floats, Grid
 from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
+from cfmpm.fracture.pressed_faces import PressedFaces
+from cfmpm.fracture.uniform_state import Uniform
 from cfmpm.kernels import constitutive, eshelby
 
-# Within NEAR element sizes of a closed tip the contact pressure is extrapolated linearly from the
-# values between there and FAR element sizes. The pressure is smooth there, but its nodal forces
-# contain the error of the singular stress in the tip elements, which falls with the square of the
-# distance. With extrapolation K_I of a closed crack is 1 % of K_II, without it up to 4 %.
-NEAR, FAR = 3.0, 9.0
 # Sine of the angle to the tangent below which a face is parallel to it up to round-off.
 STRAIGHT = 1e-6
+# Parts of stress times sqrt(pi R) of a ring: what no tip has of K is below the first on grids of
+# three elements a crack length, and of J times the modulus below the first as well (measured:
+# 1e-4 and 3e-4). Below the second a uniform state is taken away before K is summed: its error of
+# quadrature is up to 2e-3.
+NOISE, FAINT = 1e-3, 1e-2
+# Part of that and of K_II below which K_I of faces that press on each other is no opening of the
+# tip, but the error of their pressure: up to 0.05 on grids of three elements a crack length. A
+# short open kink on a crack that is pressed together has more than the pressure.
+PULLS = 0.1
 
 
 @dataclass(frozen=True)
 class IntensityFactors:
-    """Stress intensity factors [MPa sqrt(mm)], T-stress [MPa] and G [N/mm] of a tip."""
+    """Stress intensity factors [MPa sqrt(mm)], T-stress [MPa] and G [N/mm] of a tip.
+
+    Attributes
+    ----------
+    K_I, K_II, T_stress, G : float
+    pressure : float
+        Mean of that of the faces on each other in the ring, of a tip that is closed; else 0 [MPa].
+    G_floor : float
+        Below which J and G of this tip are not told from zero; 0 of a loaded open tip [N/mm].
+    """
 
     K_I: float
     K_II: float
     T_stress: float
     G: float
+    pressure: float = 0.0
+    G_floor: float = 0.0
 
 
 def intensity_factors(
@@ -67,43 +86,125 @@ def intensity_factors(
     -------
     IntensityFactors
         K = E' I / 2 (Stern, Becker and Dunham 1976), T = E' I of the unit point force (Kfouri
-        1986), G = (K_I^2 + K_II^2) / E' (Irwin 1957).
+        1986), G = (K_I^2 + K_II^2) / E' (Irwin 1957). K_I is zero where the faces press on each
+        other up to the tip, which has no opening then. What is less than the error of the method
+        is zero too.
     """
-    lame = material.lame[0]
-    modulus = plane_modulus(*lame)
-    # Only points in elements with a node inside the ring contribute.
-    inside = np.flatnonzero(np.any(q[grid.elements[:, :3]] > 0.0, axis=1)[points.element])
-    r, theta = polar_coordinates(tip, points.position[inside])
-    spin = eshelby.mean_spin(points.displacement_gradient[inside], points.volume[inside])
-    integrals = eshelby.interaction_integrals(
-        grid.nodes,
-        grid.elements,
-        points.element[inside],
-        points.position[inside],
-        gradients[inside],
-        points.volume[inside],
-        points.displacement_gradient[inside],
-        points.stress[inside],
-        q,
-        r,
-        theta,
-        tip.tangent,
-        lame[0],
-        lame[1],
-        body_force,
-        spin,
-    )
+    ring = _Ring(grid, points, gradients, material.lame[0], tip, q, body_force, faces)
+    pressed = None
     if contact_force is not None and contact_force.any():
-        integrals[:2] -= _work_of_contact(grid, contact_force, tip, q, lame)
-    if faces is not None:
-        integrals += faces.interaction(lame, spin)
-    k_1, k_2 = 0.5 * modulus * integrals[:2]
+        pressed = PressedFaces.behind(grid, contact_force, tip)
+    root = math.sqrt(np.pi * ring.radius)
+    closed, pressure = False, 0.0
+    if pressed is not None and pressed.closed:
+        pressure = pressed.mean(q)
+        uniform = ring.uniform(pressure)
+        k_1, k_2, t_stress = ring.factors(uniform, pressed)
+        # The stress that the tip does not make.
+        steady = float(np.abs(uniform.stress).max())
+        closed = bool(k_1 <= PULLS * (steady * root + abs(k_2)))
+        k_1 = 0.0
+    if not closed:
+        pressure = 0.0
+        pressed = None if pressed is None else pressed.opened()
+        k_1, k_2, t_stress = ring.factors(Uniform.none(tip), pressed)
+        steady = float(abs(t_stress))
+        if np.hypot(k_1, k_2) < FAINT * steady * root:
+            k_1, k_2, t_stress = ring.factors(ring.uniform(0.0), pressed)
+    nothing = np.hypot(k_1, k_2) < NOISE * steady * root
+    if nothing:
+        k_1 = k_2 = 0.0
+    modulus = plane_modulus(*material.lame[0])
+    floor = least_energy_release_rate(steady, ring.radius, modulus)
     return IntensityFactors(
         K_I=float(k_1),
         K_II=float(k_2),
-        T_stress=float(modulus * integrals[2]),
+        T_stress=float(t_stress),
         G=float((k_1**2 + k_2**2) / modulus),
+        pressure=pressure,
+        G_floor=floor if closed or nothing else 0.0,
     )
+
+
+class _Ring:
+    """What a ring around a tip integrates over; the arguments are those of `intensity_factors`."""
+
+    def __init__(
+        self,
+        grid: Grid,
+        points: DeformedPoints,
+        gradients: Floats,
+        lame: Floats,
+        tip: CrackTip,
+        q: Floats,
+        body_force: Floats,
+        faces: BentFaces | None,
+    ) -> None:
+        # Only points with a node inside the ring can add anything.
+        inside = np.flatnonzero(np.any(q[grid.elements[:, :3]] > 0.0, axis=1)[points.element])
+        self.grid, self.tip, self.q, self.lame, self.faces = grid, tip, q, lame, faces
+        self.body_force = body_force
+        self.element, self.position = points.element[inside], points.position[inside]
+        self.gradients, self.volume = gradients[inside], points.volume[inside]
+        self.displacement_gradient = points.displacement_gradient[inside]
+        self.stress = points.stress[inside]
+        self.polar = polar_coordinates(tip, self.position)
+        self.spin = eshelby.mean_spin(self.displacement_gradient, self.volume)
+
+    @property
+    def radius(self) -> float:
+        """That of a circle of the same area [mm]."""
+        return math.sqrt(self.volume.sum() / np.pi)
+
+    def uniform(self, pressure: float) -> Uniform:
+        """Return the uniform state of faces that bear a pressure [MPa]."""
+        return Uniform.around(self.tip, pressure, self.stress, self.volume, self.lame)
+
+    def factors(self, uniform: Uniform, pressed: PressedFaces | None) -> Floats:
+        """Return K_I, K_II and T by what is left of the state without a uniform one, (3,)."""
+        (r, theta), (lam, mu) = self.polar, self.lame
+        integrals = eshelby.interaction_integrals(
+            self.grid.nodes,
+            self.grid.elements,
+            self.element,
+            self.position,
+            self.gradients,
+            self.volume,
+            self.displacement_gradient - uniform.gradient,
+            self.stress - uniform.voigt,
+            self.q,
+            r,
+            theta,
+            self.tip.tangent,
+            lam,
+            mu,
+            self.body_force,
+            self.spin,
+        )
+        if pressed is not None:
+            integrals[:2] -= pressed.work(
+                self.grid.nodes, self.tip, self.q, self.lame, uniform.stress
+            )
+        if self.faces is not None:
+            integrals += self.faces.without(uniform).interaction(self.lame, self.spin)
+        factors: Floats = plane_modulus(*self.lame) * integrals * [0.5, 0.5, 1.0]
+        factors[2] += uniform.t_stress
+        return factors
+
+
+def least_energy_release_rate(stress: float, radius: float, modulus: float) -> float:
+    """Return what J and G are not told from zero below, of a tip that makes no stress [N/mm].
+
+    Parameters
+    ----------
+    stress : float
+        Around the tip [MPa].
+    radius : float
+        Of the ring [mm].
+    modulus : float
+        E' [MPa].
+    """
+    return NOISE * stress**2 * math.pi * radius / modulus
 
 
 @dataclass(frozen=True)
@@ -131,10 +232,18 @@ class BentFaces:
     displacement_gradient: Floats
     stress: Floats
 
+    def without(self, uniform: Uniform) -> Self:
+        """Return what is left of them if a uniform state is taken away."""
+        return replace(
+            self,
+            displacement_gradient=self.displacement_gradient - uniform.strain,
+            stress=self.stress - uniform.stress,
+        )
+
     def interaction(self, lame: Floats, spin: float) -> Floats:
         """Face terms of the interaction integrals: int q (sigma_ij a_i,j n_1 - s_ij n_j u_i,1) ds.
 
-        The work of contact tractions on the auxiliary fields a is in `_work_of_contact`.
+        The traction of contact on the auxiliary fields a is in `PressedFaces.work`.
 
         Parameters
         ----------
@@ -233,87 +342,6 @@ def bent_faces(
         displacement_gradient=np.einsum("ij,gjk,lk->gil", frame, h, frame),
         stress=np.einsum("ij,gjk,lk->gil", frame, tensor, frame),
     )
-
-
-def _work_of_contact(
-    grid: Grid, contact_force: Floats, tip: CrackTip, q: Floats, lame: Floats
-) -> Floats:
-    """Integrate t_i [a_i,1] q over the faces: contact traction times jump of the auxiliary fields.
-
-    Parameters
-    ----------
-    grid : Grid
-    contact_force : (n, 2) float
-        [N/mm].
-    tip : CrackTip
-    q : (n,) float
-    lame : (2,) float
-
-    Returns
-    -------
-    (2,) float
-        For modes I and II, per auxiliary unit [N/mm]. The point force of the T-stress has no jump.
-        Nor has the solution itself on closed faces, so that J needs no such term.
-    """
-    links, start, end, traction = _contact_traction(grid, contact_force, tip)
-    # Gauss points in the square root of the distance from the tip, in which the fields are smooth.
-    abscissae, weights = np.polynomial.legendre.leggauss(4)
-    low, high = np.sqrt(start)[:, None], np.sqrt(end)[:, None]
-    root = 0.5 * (low + high) + 0.5 * (high - low) * abscissae
-    part = (root**2 - start[:, None]) / (end - start)[:, None]
-    shape = np.stack([1.0 - part, part], axis=2)
-    q_ds = np.einsum("lgn,ln->lg", shape, q[links]) * root * (high - low) * weights
-    frame = np.array([tip.tangent, [-tip.tangent[1], tip.tangent[0]]])
-    away = (shape @ grid.nodes[links] - tip.path[0]).reshape(-1, 2)
-    along, across = np.einsum("ij,gj->ig", frame, away)
-    r, theta = np.hypot(along, across), np.mod(np.arctan2(across, along), 2.0 * np.pi)
-    slope = np.array(
-        [
-            [eshelby.auxiliary_gradient(mode, *at, *lame)[::2] for at in zip(r, theta, strict=True)]
-            for mode in (0, 1)
-        ]
-    )
-    # On the other face, after a full turn, the fields have the opposite sign.
-    jump = 2.0 * slope if tip.end == -1 else -2.0 * slope
-    t = np.einsum("gj,ij->gi", (shape @ traction).reshape(-1, 2), frame)
-    return np.einsum("mgi,gi,g->m", jump, t, q_ds.ravel())
-
-
-def _contact_traction(
-    grid: Grid, contact_force: Floats, tip: CrackTip
-) -> tuple[Ints, Floats, Floats, Floats]:
-    """Convert the contact forces on the left crack face to a traction, linear between nodes.
-
-    Returns
-    -------
-    links : (k, 2) int
-        Neighbouring nodes, in order from the tip.
-    start, end : (k,) float
-        Distances of these nodes from the tip along the crack [mm].
-    traction : (k, 2, 2) float
-        Traction at both nodes of each link [MPa].
-    """
-    left = grid.edge_nodes(grid.crack_faces[tip.crack][:, 0])
-    rule, along = grid.element.side_weights, left[:, grid.element.along]
-    links = np.stack([along[:, :-1], along[:, 1:]], axis=2).reshape(-1, 2)
-    if tip.end == -1:
-        links = links[::-1, ::-1]
-    lengths = lengths_of(grid.nodes, left)
-    share = np.bincount(left.ravel(), np.outer(lengths, rule).ravel(), len(grid.nodes))
-    traction = contact_force[links] / share[links][:, :, None]
-    length = lengths_of(grid.nodes, links)
-    end = np.cumsum(length)
-    start = end - length
-    near = end <= min(NEAR * tip.h, 0.5 * end[-1])
-    if traction[near].any():
-        beyond = ~near & (start < FAR * tip.h)
-        place = np.stack([start, end], axis=1)
-        by_length = np.repeat(np.sqrt(length[beyond]), 2)
-        slope, value = np.polyfit(
-            place[beyond].ravel(), traction[beyond].reshape(-1, 2), 1, w=by_length
-        )
-        traction[near] = place[near][:, :, None] * slope + value
-    return links, start, end, traction
 
 
 def polar_coordinates(tip: CrackTip, x: Floats) -> tuple[Floats, Floats]:

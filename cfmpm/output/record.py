@@ -202,11 +202,11 @@ class Record:
             },
         )
         growth = self.full.growth
-        first: list[str] = []
+        first = of_history.doubts_of_release_rates(history, growth)
         if growth is None:
             found = of_history.doubts_of_domains(history)
         else:
-            first = of_history.doubts_of_end(history, growth)
+            first += of_history.doubts_of_end(history, growth)
             found = of_history.doubts_of_path(history, growth)
         warnings = [*first, *self.warnings, *found]
         history.attrs["warnings"] = json.dumps(warnings, ensure_ascii=False)

@@ -56,7 +56,8 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
     solved = np.flatnonzero(np.isfinite(whole["n_unknowns"].values))
     history = whole.isel(step=solved[-1])
     growing = result.scene.growth is not None
-    blocks = [_heading(result.scene)]
+    # What spoils the values comes before them.
+    blocks = [_heading(result.scene), *_warnings(history)]
     tips = [str(name) for name in history["tip"].values]
     for first in range(0, len(tips), _TIPS_ABREAST):
         some = tips[first : first + _TIPS_ABREAST]
@@ -66,7 +67,6 @@ def of_run(result: Result, written: Sequence[Path]) -> str:
             f"In brackets: range over {history.sizes['radius']} domain radii. It does not contain "
             "the discretisation error."
         )
-    blocks += _warnings(history)
     seconds = {str(t["phase"].values): float(t.sum()) for t in whole["wall_time"].T}
     iterations = history.attrs["linear_iterations"]
     facts = [
@@ -219,7 +219,7 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
         cells = [_with_spread(v, s, form) for v, s in zip(values, spread, strict=True)]
         rows.append([f"{called} [{unit}]" if unit else called, *cells])
         if name == "J" and np.isfinite(at["K_I"]).any():
-            rows.append(["J / G - 1", *(f"{apart: 12.1e}" for apart in _apart(at))])
+            rows.append(["J / G - 1", *(_with_spread(v, np.nan, ".1e") for v in _apart(at))])
     radii = at["domain_radius"].values
     rows.append(["domain radii [mm]", *(_between(tip_radii) for tip_radii in radii)])
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -267,9 +267,14 @@ def _growth_table(whole: xr.Dataset, tips: Sequence[str]) -> str:
 
 
 def _apart(tips: xr.Dataset) -> NDArray[np.float64]:
-    """Relative difference of J and of G from K_I and K_II, a measure of discretisation error."""
+    """Relative difference of J and of G from K_I and K_II, a measure of discretisation error.
+
+    nan where both are zero up to the error of the method.
+    """
+    J, G = tips["J"].values, tips["G"].values
+    felt = np.maximum(np.abs(J), np.abs(G)) > np.nan_to_num(tips["G_floor"].values)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return (tips["J"] / tips["G"] - 1.0).values
+        return np.where(felt, J / G - 1.0, np.nan)
 
 
 def _growth_facts(result: Result) -> list[tuple[str, str]]:

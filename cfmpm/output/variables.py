@@ -62,6 +62,17 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "clearance": (TIP, "mm", "distance to the nearest object that a domain must not contain"),
     "tip_size": (TIP, "mm", "element size at the tip"),
     "min_opening": (TIP, "mm", "smallest opening of the crack faces; negative where they overlap"),
+    "contact_pressure": (
+        TIP,
+        "MPa",
+        "mean pressure of the faces on each other in the largest ring, of a tip that they close; "
+        "0 of one that is open",
+    ),
+    "G_floor": (
+        TIP,
+        "N mm-1",
+        "below which J and G of a closed or unloaded tip are not told from zero; 0 of others",
+    ),
     "critical_load_factor": (TIP, "1", "load factor at which G_kink reaches g_c"),
     "domain_radius": (RADIUS, "mm", "radius used for the domain"),
     "J_radius": (RADIUS, "N mm-1", "J-integral of the elastic energy along the crack tangent"),
@@ -146,10 +157,11 @@ OF_FATIGUE = {
 LOAD_POWER = {
     **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
     **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
-    "finite_effect": 1,
+    **dict.fromkeys(("contact_pressure", "finite_effect"), 1),
     **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
     "displacement": 1,
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),
+    "G_floor": 2,
     **dict.fromkeys(("J", "G", "G_kink", "J_radius", "G_radius", "strain_energy"), 2),
 }
 # Quantities whose range over the domain radii is given as their spread.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from cfmpm.body.crack_faces import face_pairs, smallest_openings
 from cfmpm.fracture import evaluation
 from cfmpm.fracture.criteria.max_hoop import max_hoop_angle
 from cfmpm.fracture.criteria.protocols import direction_by
+from cfmpm.fracture.interaction import IntensityFactors
 from cfmpm.scene import scene_from_dict
 
 
@@ -48,7 +48,7 @@ def with_factors(
     monkeypatch: pytest.MonkeyPatch, k_1: float, k_2: float, **more: Any
 ) -> xr.Dataset:
     """What is made of given stress intensity factors, at a tip of G = 2 N/mm."""
-    found = SimpleNamespace(K_I=k_1, K_II=k_2, T_stress=0.0, G=2.0)
+    found = IntensityFactors(K_I=k_1, K_II=k_2, T_stress=0.0, G=2.0)
     monkeypatch.setattr(evaluation, "intensity_factors", lambda *arguments: found)
     return solved(**more).isel(step=0, tip=0)
 
@@ -85,7 +85,7 @@ def test_a_tip_that_opens_or_is_sheared_more_than_pressed_has_one(
 
 
 def test_nothing_that_opens_it_needs_an_infinite_load(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = SimpleNamespace(K_I=1.0, K_II=0.0, T_stress=0.0, G=0.0)
+    found = IntensityFactors(K_I=1.0, K_II=0.0, T_stress=0.0, G=0.0)
     monkeypatch.setattr(evaluation, "intensity_factors", lambda *arguments: found)
     assert float(solved().critical_load_factor[0, 0]) == math.inf
 
@@ -107,7 +107,7 @@ def test_without_a_toughness_there_is_no_load_at_fracture(monkeypatch: pytest.Mo
     assert np.isfinite(history.G_kink).all()
     assert np.isnan(history.critical_load_factor).all()
     # Nor one of infinity where nothing drives the tip.
-    found = SimpleNamespace(K_I=1.0, K_II=0.0, T_stress=0.0, G=0.0)
+    found = IntensityFactors(K_I=1.0, K_II=0.0, T_stress=0.0, G=0.0)
     monkeypatch.setattr(evaluation, "intensity_factors", lambda *arguments: found)
     assert np.isnan(solved(material={"E": 1e4, "nu": 0.3}).critical_load_factor).all()
 

@@ -176,4 +176,4 @@ def test_wings_on_a_coarse_grid_are_told_by_their_energy():
         open_by[refine] = of_crack
         told = "the energy balance has a gap" in history.attrs["warnings"]
         assert told == (of_crack > 0.05)
-    assert open_by[None] > 0.1 > 0.05 > open_by[0.3]
+    assert open_by[None] > 0.05 > open_by[0.3]
