@@ -117,19 +117,19 @@ def solve(
         If no equilibrium is found.
     """
     problem = problem_of(body, gradients, scene.solver)
-    if scene.kinematics == "finite" or (last is not None and last.finite):
-        return _solve_finite(problem, last, level, clock)
+    if last is not None and last.finite:
+        found = _solve_finite(problem, last, level, clock)
+        return replace(found, finite_effect=last.finite_effect)
+    if scene.kinematics == "finite":
+        return _solve_finite(problem, None, level, clock)
     if last is not None and last.proportional:
         return last
-    factor = 1.0 if problem.loading.is_proportional else level
-    balance = _solve_small(problem, factor, clock)
-    if scene.kinematics != "auto":
-        return balance
     levels = load_levels(scene)
+    largest = max(map(abs, levels))
+    balance = _solve_small(problem, 1.0 if problem.loading.is_proportional else level, clock)
     # The kinematics do not change within a run.
     may_be_finite = last is None and _may_be_finite(scene)
     if balance.proportional:
-        largest = max(map(abs, levels))
         effect = finite_effect(problem, balance, largest)
         balance = replace(balance, finite_effect=effect / largest)
     else:
@@ -140,7 +140,8 @@ def solve(
             other = _solve_small(problem, end, clock)
             effect = max(effect, finite_effect(problem, other))
     if may_be_finite and (min(levels) < 0.0 or effect > NEGLIGIBLE):
-        return _solve_finite(problem, None, level, clock)
+        found = _solve_finite(problem, None, level, clock)
+        return replace(found, finite_effect=effect / largest)
     return balance
 
 
@@ -240,8 +241,8 @@ def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, scale: fl
 
 
 def _may_be_finite(scene: Scene) -> bool:
-    """Whether `auto` may take finite deformation for a scene."""
-    return scene.plane == "strain" and scene.growth is None
+    """Whether the kinematics of a scene may turn out to be finite deformation."""
+    return scene.kinematics == "auto" and scene.plane == "strain" and scene.growth is None
 
 
 def _solve_small(problem: BoundaryValueProblem, factor: float, clock: Clock) -> Equilibrium:

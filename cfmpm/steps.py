@@ -124,7 +124,7 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
         seen = reference.in_reference(body, at.gradients, balance)
         nodal = mechanics.nodal_force(*seen)
         plastic = mechanics.plastic_nodal_force(*seen)
-        tips = evaluate_tips(*seen, nodal, plastic, direction)
+        tips = evaluate_tips(*seen, nodal, plastic, direction, stationary=scene.growth is None)
         tips |= reference.compare(body, at.gradients, balance)
         if balance.parts is not None and body.grid.tips:
             by_factor = TipsByFactor.of(body, at.gradients, balance.parts, direction)

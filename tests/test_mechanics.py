@@ -45,7 +45,7 @@ class TestAuto:
         auto, small = (cfmpm.run(pulled(1, kinematics=k)).history for k in ("auto", "small"))
         assert float(auto.substeps[0]) == 0
         assert 0 < float(auto.finite_effect[0]) < 1e-3
-        assert np.isnan(small.finite_effect[0])
+        assert float(small.finite_effect[0]) == float(auto.finite_effect[0])
         for name in ("J", "K_I", "cf_x", "strain_energy", "reaction_y"):
             assert float(auto[name].values.flat[0]) == float(small[name].values.flat[0])
 
@@ -53,6 +53,43 @@ class TestAuto:
         auto, finite = (cfmpm.run(pulled(300, kinematics=k)).history for k in ("auto", "finite"))
         assert float(auto.substeps[0]) > 0
         assert float(auto.J[0, 0]) == float(finite.J[0, 0])
+
+    def test_says_what_it_chose_and_why(self):
+        steps = [0.5, 0.0, 1.0]
+        auto = cfmpm.run(pulled(300, load_steps=steps)).history
+        asked = cfmpm.run(pulled(300, kinematics="finite")).history
+        effect = auto.finite_effect.values
+        assert effect[2] > mechanics.NEGLIGIBLE
+        np.testing.assert_allclose(effect, np.array(steps) * effect[2], rtol=1e-12)
+        assert "chosen by kinematics: auto since it changes" in auto.attrs["kinematics"]
+        assert f"about {100 * effect[2]:.2g} % at the largest load" in auto.attrs["kinematics"]
+        assert auto.attrs["kinematics"] in auto.attrs["formulation"]
+        assert "auto" not in asked.attrs["kinematics"]
+        small = cfmpm.run(pulled(1)).history
+        assert small.attrs["kinematics"].startswith("small strain")
+
+    def test_says_where_k_is_lost_and_what_brings_it_back(self):
+        """Strain is as large as that only in gels; the advice is what gives K."""
+        history = cfmpm.run(pulled(3000)).history
+        assert np.isnan(history.K_I.values).all()
+        (text,) = (t for t in json.loads(history.warnings) if "K_I, K_II and T" in t)
+        assert text.startswith("crack_1: in step 1 strain around the tip is not small")
+        assert f"{100 * float(history.finite_effect[0]):.2g} %" in text
+        advised = cfmpm.run(pulled(3000, kinematics="small")).history
+        assert np.isfinite(advised.K_I.values).all()
+        asked = cfmpm.run(pulled(3000, kinematics="finite")).history
+        assert not any("K_I, K_II and T" in t for t in json.loads(asked.warnings))
+
+    def test_small_strain_that_is_asked_for_is_judged_too(self):
+        history = cfmpm.run(pulled(600, kinematics="small", load_steps=3)).history
+        (text,) = (t for t in json.loads(history.warnings) if "neglected" in t)
+        effect = history.finite_effect.values
+        felt = 1 + np.flatnonzero(effect > mechanics.NEGLIGIBLE)
+        assert text.startswith(f"in steps {felt[0]} to 3 ")
+        assert f"about {100 * effect.max():.2g} %" in text
+        assert "kinematics: finite takes it into account" in text
+        advised = cfmpm.run(pulled(300, kinematics="finite")).history
+        assert not any("neglected" in t for t in json.loads(advised.warnings))
 
     def test_the_estimate_is_of_the_size_of_the_effect(self):
         small = cfmpm.run(pulled(20)).history

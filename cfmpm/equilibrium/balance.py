@@ -45,8 +45,9 @@ class Equilibrium:
     parts : Parts or None
         Fixed and proportional part, at small strain if some loads are fixed.
     finite_effect : float
-        Estimated relative change of the energy by finite deformation, if neglected: at
-        `load_factor`, of first order in the load; nan where not evaluated.
+        Relative change of the energy by finite deformation, as estimated at small strain, of first
+        order in the load: at `load_factor`, or per unit of it where the estimate has led to finite
+        deformation; nan where not evaluated.
     external_work : float
         External work so far at finite deformation [N]; nan at small strain.
     newton_iterations, substeps : int

@@ -14,9 +14,10 @@ from cfmpm.body.crack_faces import smallest_openings
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
-from cfmpm.body.tip_domains import FILL, sharp_bend
+from cfmpm.body.tip_domains import FILL, TipDomain, sharp_bend
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import cf
+from cfmpm.fracture.corotation import corotated_factors
 from cfmpm.fracture.criteria.max_hoop import max_hoop_angle
 from cfmpm.fracture.criteria.protocols import (
     Direction,
@@ -40,11 +41,13 @@ def evaluate_tips(
     nodal: Floats,
     plastic: Floats | None = None,
     direction: str = DEFAULT_DIRECTION,
+    *,
+    stationary: bool = False,
 ) -> dict[str, Any]:
     """Evaluate configurational force, J, K_I, K_II and T at every tip.
 
-    K and T are not defined at finite deformation, nor for a tip on the interface of two materials;
-    G is then J.
+    At finite deformation G is J, and stationary tips have K and T where strain around them is small
+    (`corotation`). A tip on the interface of two materials has no K and no T; its G is J.
 
     Parameters
     ----------
@@ -59,6 +62,8 @@ def evaluate_tips(
         From `mechanics.plastic_nodal_force`.
     direction : str
         Criterion for the direction of growth, a word of `registry.criteria`.
+    stationary : bool
+        Whether no crack grows: else K at finite deformation is left out, since nothing needs it.
 
     Returns
     -------
@@ -79,6 +84,8 @@ def evaluate_tips(
                 ring | _factors_of_ring(near, body, balance, tip, radius, material)
                 for ring, radius in zip(rings, domain.radii, strict=True)
             ]
+        elif stationary and _may_be_small(body, balance, tip, domain, material):
+            rings = _with_corotated_factors(rings, near, body, balance, material)
         if plastic is not None:
             rings = [
                 ring | {"J_plastic_radius": _j_plastic(grid, plastic, tip, radius)}
@@ -91,11 +98,11 @@ def evaluate_tips(
         row["min_opening"] = openings[tip.crack]
         if plastic is not None:
             row["cf_plastic_x"], row["cf_plastic_y"] = cf.domain_force(grid, plastic, tip, largest)
-        if has_k:
+        if "K_I" in row:
             row |= kink(row, direction_by(direction))
             if balance.proportional:
                 row |= _critical_load(row, float(material.g_c[0]))
-        else:
+        if not has_k:
             row |= _pressed(near, largest, material)
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
@@ -155,6 +162,51 @@ def _pressed(near: _Neighbourhood, radius: float, material: Materials) -> dict[s
     modulus = plane_modulus(*material.lame[0])
     floor = least_energy_release_rate(pressure, radius, modulus)
     return {"contact_pressure": pressure, "G_floor": floor}
+
+
+def _may_be_small(
+    body: Body, balance: Equilibrium, tip: CrackTip, domain: TipDomain, material: Materials
+) -> bool:
+    """Whether a tip at finite deformation may have stress intensity factors.
+
+    Not on an interface, with faces in contact, with plastic flow, and where the crack bends within
+    the domain.
+    """
+    return not (
+        domain.on_border
+        or balance.contact_pairs
+        or material.plastic.any()
+        or body.motion is not None
+        or bent_faces(body.grid, balance.displacement, tip, max(domain.radii), material)
+    )
+
+
+def _with_corotated_factors(
+    rings: Sequence[dict[str, float]],
+    near: _Neighbourhood,
+    body: Body,
+    balance: Equilibrium,
+    material: Materials,
+) -> list[dict[str, float]]:
+    """Add K_I, K_II and T at finite deformation where strain is small in all rings; G stays J."""
+    found = [
+        corotated_factors(
+            near.grid,
+            near.points,
+            near.gradients,
+            material,
+            near.tip,
+            cf.ring_weight(near.grid, near.tip, ring["domain_radius"]),
+            body.loading.at(balance.load_factor).body_force,
+            ring["J_radius"],
+        )
+        for ring in rings
+    ]
+    return [
+        ring
+        | ({"K_I_radius": k.K_I, "K_II_radius": k.K_II, "T_stress_radius": k.T_stress} if k else {})
+        for ring, k in zip(rings, found if all(found) else [None] * len(found), strict=True)
+    ]
 
 
 def _of_rings(rings: Sequence[dict[str, float]], largest: int) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from cfmpm.body.body import Body
 from cfmpm.body.materials import LOCKING
 from cfmpm.body.tip_domains import FILL
 from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.mechanics import NEGLIGIBLE, load_levels
 from cfmpm.meshing import resolved_grading
 from cfmpm.registry.laws import LAWS
 from cfmpm.scene.model import Scene
@@ -31,13 +31,12 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
     list of str
     """
     if finite:
-        items = [
-            "K_I, K_II, T: not defined at finite deformation; G is J",
-        ]
+        where = "where strain around the tip is not small" if scene.growth is None else "of growth"
+        items = [f"K_I, K_II, T: {where}, at finite deformation; G is J"]
         if scene.formulation == "total":
             items.append("grid reset: the formulation is total Lagrangian")
     else:
-        items = ["Newton loop, finite deformation: the scene is linear (finite_effect)"]
+        items = [f"Newton loop, finite deformation: {_why_small(scene)}"]
         if scene.growth is not None:
             items.append("grid reset: not needed at small strain")
     if scene.growth is None:
@@ -72,9 +71,10 @@ def choices(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
     -------
     dict of str to value
     """
-    grading = resolved_grading(scene)
+    grading, kinematics = resolved_grading(scene), _kinematics(scene, balance)
     notes: dict[str, Any] = {
-        "formulation": _formulation(scene) + _kinematics(balance),
+        "formulation": _formulation(scene) + kinematics,
+        "kinematics": kinematics,
         "element": scene.mesh.element,
         "solver": balance.solver,
         "linear_iterations": balance.iterations,
@@ -115,11 +115,39 @@ def _formulation(scene: Scene) -> str:
     return f"updated Lagrangian on {reset}; integration by {summed[scene.updated.integration]}; "
 
 
-def _kinematics(balance: Equilibrium) -> str:
-    """Describe the kinematics and the estimated effect of what they neglect."""
+def _why_small(scene: Scene) -> str:
+    """The reason for small strain, before or after a run."""
+    if scene.kinematics == "small":
+        return "kinematics: small"
+    if scene.growth is not None or scene.plane == "stress":
+        reason = "crack growth" if scene.growth is not None else "plane stress"
+        return f"kinematics: auto keeps small strain under {reason}"
+    return (
+        "kinematics: auto keeps small strain if finite deformation would change the strain energy "
+        f"by less than {100 * NEGLIGIBLE:g} % (finite_effect)"
+    )
+
+
+def _kinematics(scene: Scene, balance: Equilibrium) -> str:
+    """Describe the kinematics, who chose them, and the estimated effect of finite deformation."""
     if balance.finite:
-        return "finite deformation: Newton's method in load steps along stable states"
-    chosen = "small strain: one linear solve per step"
-    if math.isnan(balance.finite_effect):
-        return chosen
-    return f"{chosen}; finite_effect estimates the change of energy by finite deformation"
+        chosen = ""
+        if scene.kinematics == "auto":
+            chosen = f", chosen by kinematics: auto since {_why_finite(scene, balance)}"
+        return f"finite deformation{chosen}: Newton's method in load steps along stable states"
+    return (
+        "small strain: one linear solve per step; finite_effect estimates the change of energy by "
+        "finite deformation"
+    )
+
+
+def _why_finite(scene: Scene, balance: Equilibrium) -> str:
+    """The reason for finite deformation."""
+    levels = load_levels(scene)
+    effect = balance.finite_effect * max(map(abs, levels))
+    if effect > NEGLIGIBLE:
+        return (
+            f"it changes the strain energy by about {100 * effect:.2g} % at the largest load "
+            f"(finite_effect; limit {100 * NEGLIGIBLE:g} %)"
+        )
+    return "some load factors are negative, under which crack faces may close or open"

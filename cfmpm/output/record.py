@@ -130,7 +130,7 @@ class Record:
             values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
         self.steps.append(StepRecord(factor, values, seconds, conjugates))
         self.notes |= choices.choices(self.full, body, balance)
-        self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance, scale))
+        self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance))
         self.warnings |= dict.fromkeys(of_state.doubts_at_tips(body, tips))
         self.warnings |= dict.fromkeys(of_state.doubts_of_fixed_loads(body, balance, tips))
 
@@ -203,10 +203,11 @@ class Record:
         )
         growth = self.full.growth
         first = of_history.doubts_of_release_rates(history, growth)
+        first += of_history.doubts_of_kinematics(history, self.full, finite=self.finite)
         if growth is None:
             found = of_history.doubts_of_domains(history)
         else:
-            first += of_history.doubts_of_end(history, growth)
+            first = of_history.doubts_of_end(history, growth) + first
             found = of_history.doubts_of_path(history, growth)
         warnings = [*first, *self.warnings, *found]
         history.attrs["warnings"] = json.dumps(warnings, ensure_ascii=False)
@@ -375,7 +376,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "newton_iterations": balance.newton_iterations,
         "substeps": balance.substeps,
         "unstable_points": balance.unstable_points,
-        "finite_effect": balance.finite_effect,
+        "finite_effect": balance.finite_effect * (abs(factor) if balance.finite else 1.0),
         "residual_norm": balance.residual_norm,
         "negative_pivots": _negative_pivots(balance.solver),
         "n_points": len(body.points),

@@ -101,6 +101,7 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
         said = f"finite deformation would change the energy by a fraction of about {effect:.1e}"
         return [("strain", f"small; {said}")] if np.isfinite(effect) else []
     return [
+        ("strain", whole.attrs["kinematics"]),
         (
             "load",
             f"factor {float(last['load_factor']):.6g} reached in {steps:.0f} steps, "

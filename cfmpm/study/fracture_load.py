@@ -12,6 +12,9 @@ from cfmpm.scene import Scene
 
 Values = NDArray[Any]
 
+# Largest angle of the configurational force at which a crack goes on straight ahead [deg].
+STRAIGHT = 2.0
+
 
 def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
     """Find the load factor at which the first tip reaches g_c.
@@ -20,18 +23,22 @@ def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
     ----------
     scene : Scene
     values : mapping of str to array
-        ``load_factor`` (step,) and, by (step, tip), ``tip_x``, ``tip_y``, ``G`` [N/mm] and
-        ``critical_load_factor``.
+        ``load_factor`` (step,) and, by (step, tip), ``tip_x``, ``tip_y``, ``critical_load_factor``,
+        ``G_kink`` and ``J`` [N/mm] and ``cf_angle`` [deg].
 
     Returns
     -------
     float
-        Nan where there are no tips, no single g_c, or at finite deformation no load so large.
+        Nan where there are no tips, no single g_c, or at finite deformation no load so large or a
+        driving force that is not known.
 
     Notes
     -----
-    What is linear states it itself (`critical_load_factor`). At finite deformation sqrt(G), which
-    goes with the load as long as that is small, is interpolated between load steps.
+    What is linear states it itself (`critical_load_factor`). At finite deformation the square root
+    of the driving force, which goes with the load as long as that is small, is interpolated between
+    load steps. The driving force is ``G_kink`` where strain at the tip is small; else it is J, if
+    the crack would go on straight ahead, as far as the direction of the configurational force
+    tells: J of a crack that would kink is less than the energy release rate of the kink.
     """
     critical = values["critical_load_factor"]
     if not critical.size:
@@ -46,12 +53,16 @@ def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
         return np.nan
     moves = np.flatnonzero(moved(values["tip_x"], values["tip_y"]))
     still = int(moves[0]) + 1 if len(moves) else len(critical)
-    largest = np.nan_to_num(values["G"][:still]).max(axis=1).clip(min=0.0)
+    straight = np.where(np.abs(values["cf_angle"]) < STRAIGHT, values["J"], np.nan)
+    driving = np.where(np.isnan(values["G_kink"]), straight, values["G_kink"])[:still]
+    largest = driving.max(axis=1).clip(min=0.0)
     reached = np.concatenate([[0.0], np.sqrt(largest / g_c)])
     load = np.concatenate([[0.0], values["load_factor"][:still]])
-    above = np.flatnonzero(reached >= 1.0)
+    above = np.flatnonzero(~(reached < 1.0))
     if len(above):
         i = above[0]
+        if np.isnan(reached[i]):
+            return np.nan
         part = (1.0 - reached[i - 1]) / (reached[i] - reached[i - 1])
         return float(load[i - 1] + part * (load[i] - load[i - 1]))
     # Of a crack that has run, by a criterion of its own.

@@ -26,8 +26,8 @@ OF_MEMBERS: dict[str, tuple[str, str]] = {
     "cpu_time": ("s", "processor time of the member"),
     "fracture_load_factor": (
         "1",
-        "load factor at which the first tip reaches g_c: by G_kink, at finite deformation by J "
-        "between load steps",
+        "load factor at which the first tip reaches g_c by G_kink, at finite deformation between "
+        "load steps",
     ),
 }
 # Of members with several steps, from these.

@@ -181,11 +181,10 @@ def test_contact_is_summed_over_the_whole_grid() -> None:
     np.testing.assert_allclose(history.J, history.G, rtol=0.01)
 
 
-def test_finite_deformation_has_no_k_and_g_is_j() -> None:
+def test_g_is_j_at_finite_deformation() -> None:
     history = solved(kinematics="finite", fracture={"radii": 3}).isel(step=0, tip=0)
     np.testing.assert_array_equal(history.G_radius, history.J_radius)
-    for name in ("K_I", "K_II", "T_stress", "kink_angle", "G_kink", "critical_load_factor"):
-        assert np.isnan(history[name]).all()
+    assert np.isnan(history["critical_load_factor"]).all()  # what is not linear has none
 
 
 def test_openings_have_the_sign_of_the_gap() -> None:

@@ -6,8 +6,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.output.analysis import LIGAMENT, before_arrival, parts_of_gap
+from cfmpm.registry.criteria import DIRECTIONS
 from cfmpm.scene.growth import Growth
+from cfmpm.scene.model import Scene
 
 # Largest ratio of the element size at a tip to that at the start without a warning.
 COARSER = 3.0
@@ -47,6 +50,58 @@ def doubts_of_end(history: xr.Dataset, growth: Growth) -> list[str]:
         f"the run ended after {default} increments, the default of growth.increments, while a "
         "crack could still grow: increase growth.increments to follow it to its end"
     ]
+
+
+def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> list[str]:
+    """Warn of finite deformation that is neglected, and of K that it takes away unasked.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    scene : Scene
+        Expanded.
+    finite : bool
+        Whether the run used finite deformation.
+
+    Returns
+    -------
+    list of str
+        With the steps.
+    """
+    effect = np.abs(history["finite_effect"].values)
+    felt = effect > NEGLIGIBLE
+    if not finite:
+        said = (
+            f"{_steps(felt)} finite deformation is neglected, which would change the strain "
+            f"energy by about {100 * np.nanmax(effect):.2g} % (finite_effect); {_by_finite(scene)} "
+            "takes it into account"
+            if felt.any()
+            else ""
+        )
+        return [said] if said else []
+    if scene.kinematics != "auto":
+        return []
+    lost = np.isnan(history["K_I"].values) & ~np.isnan(history["J"].values)
+    return [
+        f"{name}: {_steps(lost[:, i])} strain around the tip is not small, so that it has no K_I, "
+        "K_II and T at finite deformation, which kinematics: auto chose; G is J. "
+        f"kinematics: small gives K, with a strain energy that is {100 * np.nanmax(effect):.2g} % "
+        "off at the largest load (finite_effect)"
+        for i, name in enumerate(history["tip"].values)
+        if lost[:, i].any()
+    ]
+
+
+def _by_finite(scene: Scene) -> str:
+    """The keys that a scene needs for finite deformation, including those it requires besides."""
+    growth = scene.growth
+    needs = {
+        "plane: strain": scene.plane == "strain",
+        "growth.control: load": growth is None or growth.control == "load",
+        "growth.direction: cf": growth is None or not DIRECTIONS[growth.direction].needs_k,
+    }
+    missing = [need for need, given in needs.items() if not given]
+    return "kinematics: finite" + (f" (with {' and '.join(missing)})" if missing else "")
 
 
 def doubts_of_domains(history: xr.Dataset) -> list[str]:

@@ -13,9 +13,7 @@ from cfmpm.body.motion import Motion
 from cfmpm.body.volume_patches import patch_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
-from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.output.warnings.of_scene import doubts_before
-from cfmpm.registry.criteria import DIRECTIONS
 from cfmpm.scene.model import Scene
 
 # Largest accepted relative difference of external work and energies at finite deformation.
@@ -28,7 +26,7 @@ DEVIATION = 5.0
 LEAST_FILL, LEAST_VOLUME, APART, DRIFT = 0.1, 0.5, 0.02, 0.25
 
 
-def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -> list[str]:
+def doubts(scene: Scene, body: Body, balance: Equilibrium) -> list[str]:
     """Give the warnings about one state of equilibrium.
 
     Parameters
@@ -37,8 +35,6 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -
         Expanded.
     body : Body
     balance : Equilibrium
-    scale : float
-        Factor by which its stresses are multiplied.
 
     Returns
     -------
@@ -57,11 +53,6 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -
             f"from load factor {balance.unstable_from:.4g} on material points have lost "
             "ellipticity (unstable_points): results there depend on the grid, and finer grids "
             "become unstable at lower loads; material.law: ciarlet stays elliptic"
-        )
-    if balance.finite_effect * abs(scale) > NEGLIGIBLE:
-        found.append(
-            "finite deformation is neglected, but would change the strain energy by more than "
-            f"{100 * NEGLIGIBLE:g} % (finite_effect); {_by_finite(scene)} takes it into account"
         )
     one_grid = body.motion is None and scene.growth is None
     if balance.finite and one_grid and not _adds_up(body, balance):
@@ -94,18 +85,6 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium, scale: float = 1.0) -
             "nodes without stiffness (floating_nodes); these nodes were held"
         )
     return found
-
-
-def _by_finite(scene: Scene) -> str:
-    """The keys that a scene needs for finite deformation, including those it requires besides."""
-    growth = scene.growth
-    needs = {
-        "plane: strain": scene.plane == "strain",
-        "growth.control: load": growth is None or growth.control == "load",
-        "growth.direction: cf": growth is None or not DIRECTIONS[growth.direction].needs_k,
-    }
-    missing = [need for need, given in needs.items() if not given]
-    return "kinematics: finite" + (f" (with {' and '.join(missing)})" if missing else "")
 
 
 def _adds_up(body: Body, balance: Equilibrium) -> bool:
