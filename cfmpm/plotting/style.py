@@ -1,4 +1,4 @@
-"""How the pictures look: colours, sizes, figures and their safe writing."""
+"""Style of the figures: colours, sizes, and atomic writing of files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from cfmpm.body.grid import Floats
 from cfmpm.output.files import written_aside_by_name
 
-# Okabe and Ito (2008): told apart by every kind of colour vision.
+# Okabe and Ito (2008): distinguishable with any kind of colour vision.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
@@ -33,7 +33,7 @@ REGIONS = ("#F2F2F2", "#CFE6F5", "#FBE3B5", "#CDEBDD", "#F3D9E6")
 STRESS_MAP = "viridis"
 
 RESOLUTION = 200  # dots per inch
-# Width of what stands beside the axes [inch].
+# Width of a legend beside the axes [inch].
 LEGEND, COLOUR_BAR = 2.6, 0.9
 RC: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -43,7 +43,7 @@ RC: dict[Any, Any] = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 9,
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture on every machine
+    "font.family": "DejaVu Sans",  # included in matplotlib: the same on every machine
     "font.size": 8,
     "legend.fontsize": 8,
     "legend.frameon": False,
@@ -56,7 +56,7 @@ RC: dict[Any, Any] = {
 
 @contextmanager
 def picture(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
-    """Open a figure of one axes and write it when the ``with`` block ends well.
+    """Open a figure with one axes, and write it if the ``with`` block ends without an error.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def picture(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
 
 @contextmanager
 def panels(path: Path, size: tuple[float, float], rows: int, columns: int) -> Iterator[Any]:
-    """Open a figure of several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
+    """Open a figure with several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
     with matplotlib.rc_context(RC):
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False)
@@ -83,14 +83,14 @@ def panels(path: Path, size: tuple[float, float], rows: int, columns: int) -> It
 
 
 def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
-    """Size of a figure that holds a body without empty margins.
+    """Size of a figure of a body without empty margins.
 
     Parameters
     ----------
     nodes : (n, 2) float
         [mm].
     beside : float
-        Width left for what stands beside the axes [inch].
+        Width beside the axes, for example for a legend [inch].
 
     Returns
     -------
@@ -103,13 +103,13 @@ def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a figure aside and rename it, so that no half file is ever seen."""
+    """Write a figure to a temporary file and rename it, so that `path` is never incomplete."""
     with written_aside_by_name(Path(path)) as aside:
         figure.savefig(aside, dpi=RESOLUTION, bbox_inches="tight", pad_inches=0.08)
 
 
 def length_axes(axes: Axes) -> None:
-    """Make the axes those of a body: equal lengths in mm along x and y."""
+    """Set up axes for a body: equal scales in mm along x and y."""
     axes.set_aspect("equal")
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
