@@ -295,7 +295,7 @@ class TestCheck:
 
         monkeypatch.setattr(build, "triangulate", give_up)
         result = call(command, scene, "--set", "mesh.size=0.02")
-        assert "about 1.2e+06 triangles are being made" in result.stderr
+        assert "meshing about 1.2e+06 triangles" in result.stderr
         assert "triangles" not in call(command, scene).stderr
 
     def test_unknowns_are_those_of_the_run(self, scene: Path) -> None:
@@ -359,7 +359,7 @@ class TestPlot:
 
     def test_what_cfmpm_did_not_write(self, scene: Path) -> None:
         xr.Dataset({"T": ("x", [1.0])}).to_netcdf("other.nc")
-        expect_failure(call("plot", "other.nc"), 2, "is not what cfmpm run writes")
+        expect_failure(call("plot", "other.nc"), 2, "is not a result of cfmpm run")
 
     def test_fields_in_place_of_the_history(self, scene: Path) -> None:
         call("run", scene, "--set", "output.fields=true")

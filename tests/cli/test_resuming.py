@@ -151,7 +151,7 @@ def test_a_run_that_ends_without_balance_is_no_success(
     break_off_at(monkeypatch, 3, SolveError("no balance"))
     result = call("run", scene_file, "--set", "growth.transfer=paper")
     assert result.exit_code == 1
-    assert "cfmpm: unsolvable: growth.transfer: paper took stiffness away" in result.stderr
+    assert "cfmpm: unsolvable: growth.transfer: paper left nodes without stiffness" in result.stderr
     assert "What was found before is in results/small/history.nc" in result.stderr
     with xr.open_dataset("results/small/history.nc") as history:
         assert history.attrs["run_status"] == "unsolvable"
@@ -182,7 +182,7 @@ def test_what_has_ended_is_left_alone(scene_file: Path) -> None:
     before = files_in(Path("results/small"))
     result = call("resume", "results/small")
     assert result.exit_code == 0
-    assert "has ended; increments: growth.increments allows 8" in result.stdout
+    assert "is finished; increments: growth.increments allows 8" in result.stdout
     assert files_in(Path("results/small")) == before
 
 
@@ -220,7 +220,7 @@ def test_a_new_run_does_not_go_on_from_an_old_one(
         before = files_in(Path("results/small"))
         result = call("run", scene_file)
         assert result.exit_code == 2
-        assert "results/small: holds a run that was broken off" in result.stderr
+        assert "results/small: has a run that was interrupted" in result.stderr
         assert "cfmpm resume results/small" in result.stderr
         assert "--overwrite" in result.stderr
         assert files_in(Path("results/small")) == before
@@ -313,7 +313,7 @@ def test_kill_9_of_a_run_as_it_is_shipped(scene_file: Path) -> None:
     history = xr.load_dataset(folder / HISTORY)
     assert 1 <= history.sizes["step"] <= 5
     assert history.attrs["run_status"] == UNFINISHED
-    assert "broken off" in call("run", scene_file).stderr
+    assert "was interrupted" in call("run", scene_file).stderr
     assert call("resume", folder).exit_code == 0
     same(xr.load_dataset("whole/history.nc"), xr.load_dataset(folder / HISTORY))
     assert {path.name for path in folder.iterdir()} == {p.name for p in Path("whole").iterdir()}
