@@ -14,10 +14,9 @@ from typing import Any
 
 import pytest
 import xarray as xr
+from commands import call
 from histories import same
-from typer.testing import CliRunner, Result
 
-from cfmpm.cli.app import app
 from cfmpm.equilibrium import small_strain
 from cfmpm.errors import SolveError
 from cfmpm.output.checkpoint import read_checkpoint
@@ -39,17 +38,11 @@ output: {every: 2}
 """
 
 
-def call(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 @pytest.fixture
-def scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A small scene file, in a working directory of its own."""
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "small.yaml"
-    path.write_text(SMALL)
-    return path
+def scene_file(scene: Path) -> Path:
+    """A scene file of a crack that grows, in a working directory of its own."""
+    scene.write_text(SMALL)
+    return scene
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
