@@ -26,12 +26,12 @@ def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
     Returns
     -------
     float
-        Nan where there are no tips, no single g_c, or at finite deformation no load so large.
+        nan without tips or a single g_c, or if at finite deformation g_c is not reached.
 
     Notes
     -----
-    What is linear states it itself (`critical_load_factor`). At finite deformation sqrt(G), which
-    goes with the load as long as that is small, is interpolated between load steps.
+    For linear scenes it is `critical_load_factor`. At finite deformation sqrt(G), which is
+    proportional to small loads, is interpolated between load steps.
     """
     critical = values["critical_load_factor"]
     if not critical.size:
@@ -54,11 +54,11 @@ def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
         i = above[0]
         part = (1.0 - reached[i - 1]) / (reached[i] - reached[i - 1])
         return float(load[i - 1] + part * (load[i] - load[i - 1]))
-    # Of a crack that has run, by a criterion of its own.
+    # After growth other criteria apply.
     return float(load[-1]) if len(moves) else np.nan
 
 
 def moved(x: Values, y: Values) -> NDArray[np.bool_]:
-    """Whether any tip is somewhere else than a step before, (steps - 1,)."""
+    """Whether any tip has moved since the step before, (steps - 1,)."""
     found: NDArray[np.bool_] = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0)) > 0.0
     return np.any(found, axis=1)
