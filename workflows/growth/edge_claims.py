@@ -19,7 +19,7 @@ SHEAR = 0.15
 
 
 def straight(e: Evidence) -> list[Claim]:
-    """The edge crack runs straight on."""
+    """The edge crack grows straight ahead."""
     return [
         _straight(e, kind, n, label)
         for n in STRAIGHT
@@ -50,7 +50,7 @@ def _straight(e: Evidence, kind: str, n: int, label: str) -> Claim:
         f"ends at y = {path[-1, 1]:.1f} mm ({ended(run)})",
         grade(*held),
         "crosses the plate and ends within 2 mm; all segments count: in front of the free edge, "
-        "where its domain reaches over less than two elements, a tip goes straight on",
+        "where its domain radius is below two element sizes, a tip grows straight ahead",
         error=f"largest {largest:.2f}, mean {mean:.2f} deg; end {off:+.1f} mm off the middle",
         figures="9 10" if kind == "cf" else "10",
     )
@@ -101,7 +101,7 @@ def fixed_grips(e: Evidence) -> Claim:
 def snap_back(e: Evidence) -> Claim:
     """The whole equilibrium path under crack control."""
     run = steps(e.edge, "crack_control")
-    # The last segments stand in front of the free edge, where G means little.
+    # The last segments are in front of the free edge, where G is inaccurate.
     run = run.isel(step=slice(0, -4))
     opening = run.load_factor.values
     spent = (run.strain_energy + run.fracture_energy).values

@@ -103,7 +103,7 @@ def _surplus(run: xr.Dataset) -> Claim:
         "work of the loads = strain energy + g_c times new length + what G exceeds g_c by",
         f"of {run.external_work.values[last]:.0f} N mm/mm {lost[last]:.0f} are neither stored nor "
         f"g_c times new length; the sum of (J - g_c) da is {surplus[last]:.0f}: "
-        "what a real crack would turn into motion",
+        "what a real crack would turn into kinetic energy",
         "yes" if abs(off) <= 0.005 else "no",
         "sum within 0.5 % of what is lost, up to the first arrival: the cracks jump, and this "
         "computation is quasi-static",
@@ -134,7 +134,7 @@ def _balance(run: xr.Dataset) -> Claim:
         f"{load[first] / load[first - 1]:.1f} times as high",
         "yes" if before <= 0.005 and at_held_grips > toughness else "no",
         "within 0.5 % up to the arrival, and the last ligament breaks by itself, at held grips: "
-        "what it sets free beyond g_c goes into motion",
+        "the energy released beyond g_c becomes kinetic energy",
         error=f"within {100 * before:.2f} % of the work up to the first arrival; that increment "
         f"loses {100 * (missing[first] - missing[first - 1]):.1f} %",
     )
