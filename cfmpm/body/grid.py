@@ -366,7 +366,7 @@ def regions_ahead(grid: Grid, tip: CrackTip, direction: Floats) -> list[int]:
     Returns
     -------
     list of int
-        One, but for a direction along the border of two.
+        One region, or two if the direction is along their interface.
     """
     element, corner = np.nonzero(grid.triangles == tip.node)
     inside = np.full(len(element), np.inf)

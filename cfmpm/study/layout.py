@@ -10,7 +10,7 @@ from cfmpm.scene.base import Model
 from cfmpm.scene.document import parse_key
 from cfmpm.study.expansion import SAMPLE
 
-# `unstable`: solved up to a step from which no stable state goes on.
+# `unstable`: solved up to a step that no stable state follows.
 STATUS = ("done", "failed", "not_run", "unstable")
 # Dimensions of the members' histories.
 DIMENSIONS = ("step", "tip", "radius", "boundary")
