@@ -145,7 +145,7 @@ def test_a_run_that_ends_without_balance_is_no_success(
     result = call("run", scene_file, "--set", "growth.transfer=paper")
     assert result.exit_code == 1
     assert "cfmpm: unsolvable: growth.transfer: paper left nodes without stiffness" in result.stderr
-    assert "What was found before is in results/small/history.nc" in result.stderr
+    assert "The steps before are in results/small/history.nc" in result.stderr
     with xr.open_dataset("results/small/history.nc") as history:
         assert history.attrs["run_status"] == "unsolvable"
     assert not Path("results/small", CHECKPOINT).exists()
