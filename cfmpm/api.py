@@ -51,13 +51,13 @@ def run(
     observe: Callable[[State, Record], None] = lambda state, record: None,
     start: Start | None = None,
 ) -> Result:
-    """Solve a scene; for errors see `simulation.run`.
+    """Solve a scene.
 
     Parameters
     ----------
     scene : Scene
     announce : callable, optional
-        Called with the name of each phase as it begins.
+        Called with the name of each phase (`state.PHASES`) as it begins.
     observe : callable, optional
         Called with each state of equilibrium and the record so far.
     start : Start, optional
@@ -66,5 +66,19 @@ def run(
     Returns
     -------
     Result
+
+    Raises
+    ------
+    SceneError
+        If the scene is invalid on its grid.
+    MeshError
+        If no grid could be made.
+    SolveError
+        If no equilibrium is found.
+
+    Notes
+    -----
+    Results are equal bit by bit for any number of threads: kernels run serially, and dense linear
+    algebra uses one thread (`threads`).
     """
     return Result(**vars(simulation.run(scene, announce, observe, start)))

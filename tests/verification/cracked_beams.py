@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from outlines import named_rectangle
+
 MATERIAL = {"E": 70e3, "nu": 0.33}
 BEAMS = {
     "straight": [[[50, 4], [50, 16]]],
@@ -15,12 +17,7 @@ def bent_beam(element, cracks):
     """Held on the left, pushed down on the right: open above, closed below."""
     return {
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [100, 0], "edge": "right"},
-                {"at": [100, 20], "edge": "top"},
-                {"at": [0, 20], "edge": "left"},
-            ],
+            "outline": named_rectangle(100, 20),
             "cracks": [{"points": points} for points in cracks],
         },
         "loads": [

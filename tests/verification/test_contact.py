@@ -9,6 +9,7 @@ import pytest
 import round_off
 from cracked_beams import BEAMS, MATERIAL, bent_beam
 from cubic_element import T10
+from outlines import named_rectangle
 from posed import balanced, driven, elastic, pose
 from structured import rectangle
 
@@ -167,12 +168,7 @@ def edge_crack(traction, element="T6", crack=((0, 27), (30, 27)), side=0.0):
     """Uniform stress but for the crack: `traction` on top, `side` across it."""
     return {
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [60, 0], "edge": "right"},
-                {"at": [60, 50], "edge": "top"},
-                {"at": [0, 50], "edge": "left"},
-            ],
+            "outline": named_rectangle(60, 50),
             "cracks": [{"points": [list(x) for x in crack]}],
         },
         "loads": [
