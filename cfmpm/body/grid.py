@@ -64,8 +64,9 @@ class Triangulation:
 
         The names of edges do not tell: in a grid with a margin they lie inside it.
         """
-        element, corner = np.nonzero(self.triangles == node)
-        after, before = (self.triangles[element, (corner + step) % 3] for step in (1, 2))
+        corners = self.triangles.ravel()
+        place = np.flatnonzero(corners == node)
+        after, before = (corners[place - place % 3 + (place + step) % 3] for step in (1, 2))
         return np.array_equal(np.sort(after), np.sort(before))
 
     def is_tip(self, crack: str, end: int) -> bool:
