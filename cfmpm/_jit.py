@@ -49,7 +49,7 @@ def cache_folder(*sources: str) -> Path:
 
 
 def depend_on(*sources: str) -> None:
-    """Let the cache folder of kernels that are made from now on depend on texts besides."""
+    """Let the cache folder of kernels compiled from now on also depend on other texts."""
     _depended_on.extend(sources)
 
 
@@ -73,14 +73,14 @@ def beside(path: Path) -> list[Path]:
 
 @cache
 def _own_sources() -> str:
-    """What the kernels of this package are made from."""
+    """Sources of the kernels of this package."""
     kernels = sorted((_PACKAGE / "kernels").rglob("*.py"))
     return "\0".join(path.read_text("utf-8") for path in [*kernels, _PACKAGE / "registry/laws.py"])
 
 
 @cache
 def _sources_of(file: str) -> tuple[str, ...]:
-    """What a kernel depends on besides, by the file that it stands in."""
+    """Other texts on which a kernel depends, by its file."""
     path = Path(file)
     if path.is_relative_to(_PACKAGE):
         return ()

@@ -1,8 +1,8 @@
-"""The history of a run in the hands of its user: how it is opened, and the accessor ``ds.cfmpm``.
+"""User interface of histories: `open_history`, and the accessor ``ds.cfmpm``.
 
-Importing this module registers the accessor. All of cfmpm that hands out a history does so:
-`open_history` and :func:`cfmpm.run`. ``import cfmpm`` by itself does not, since xarray takes a
-hundred times as long to import; a dataset opened by xarray needs ``import cfmpm.accessor``.
+Importing this module registers the accessor. `open_history` and :func:`cfmpm.run` import it.
+``import cfmpm`` alone does not, since importing xarray takes a hundred times as long; a dataset
+opened by xarray needs ``import cfmpm.accessor``.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def open_history(path: str | Path) -> xr.Dataset:
     Raises
     ------
     SceneError
-        Where there is no history.
+        If there is no history.
     """
     path = Path(path)
     return read_result(path / "history.nc" if path.is_dir() else path, "domain_radius")
@@ -55,17 +55,17 @@ def open_history(path: str | Path) -> xr.Dataset:
 
 @xr.register_dataset_accessor("cfmpm")
 class History:
-    """What can be asked of the history of one run: ``ds.cfmpm``.
+    """Methods for the history of one run: ``ds.cfmpm``.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        Of one run; of a study, one member.
+        History of one run, or of one member of a study.
 
     Notes
     -----
-    What needs a run raises ValueError where the dataset is no history, or holds several runs; what
-    needs its scene, too where a member of a study has lost the coordinate of a parameter.
+    Methods raise ValueError if the dataset is not a history or has several runs. Those that need
+    the scene also raise it if a member of a study lacks the coordinate of a parameter.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
@@ -73,14 +73,14 @@ class History:
 
     @cached_property
     def _history(self) -> xr.Dataset:
-        """The dataset as one run, with all dimensions of its places."""
+        """The dataset as that of one run, with the dimensions step and tip."""
         dataset = self._dataset
         if "tip_x" not in dataset:
             raise ValueError("not the history of a run: it has no variable tip_x")
         several = [str(name) for name in dataset["tip_x"].dims if name not in _DIMENSIONS]
         if several:
             raise ValueError(
-                f"holds several runs: choose one along {', '.join(several)}, such as "
+                f"has several runs: select one along {', '.join(several)}, such as "
                 f"ds.isel({several[0]}=0).cfmpm"
             )
         lost = [name for name in ("step", "tip") if name not in dataset["tip_x"].dims]
@@ -88,14 +88,14 @@ class History:
 
     @property
     def scene(self) -> Scene:
-        """The scene of the run, from the configuration that the history carries.
+        """The scene of the run, from the configuration in the history.
 
-        Of a member of a study the base with the values of its parameters.
+        For a member of a study it is the base with the values of the member's parameters.
 
         Raises
         ------
         SceneError
-            Where that is damaged.
+            If the configuration is damaged.
         """
         from cfmpm.scene import scene_from_dict
 
@@ -113,11 +113,11 @@ class History:
         if of_study and scene.mesh_file is not None:
             path = scene.mesh_file.path
             if json.loads(attributes["mesh_files"]).get(path) != scene.mesh_file.sha256:
-                raise SceneError([Problem("is not what it was in the study", file=path)])
+                raise SceneError([Problem("has changed since the study", file=path)])
         return scene
 
     def _parameters(self) -> dict[str, Any]:
-        """What a member of a study has in place of the values of its base, by key."""
+        """The values of a member of a study that replace those of the base, by key."""
         from cfmpm.study.expansion import labelled
         from cfmpm.study.model import Study
 
@@ -130,13 +130,13 @@ class History:
         return values
 
     def path(self) -> dict[str, NDArray[np.float64]]:
-        """Return where each tip has been.
+        """Return the path of each tip.
 
         Returns
         -------
         dict of str to (k, 2) float
-            For each tip its places [mm], each once, from where the run began: of a tip that never
-            ran a single one.
+            Distinct positions of each tip [mm], from the start of the run; a single one for a tip
+            that has not grown.
         """
         names = self._history["tip"].values
         return {str(name): tip_path(self._history, str(name)) for name in names}
@@ -151,9 +151,9 @@ class History:
         Parameters
         ----------
         axes : Axes, optional
-            Default: of a new figure.
+            Default: axes of a new figure.
         reference : (k, 2) float or mapping of str to (k, 2) float, optional
-            Points of other paths to compare with [mm], by their name in the legend.
+            Points of other paths for comparison [mm], by their name in the legend.
 
         Returns
         -------
@@ -164,12 +164,12 @@ class History:
         return self._drawn(draw_paths, axes, reference)
 
     def plot_cf(self, axes: Axes | None = None) -> Axes:
-        """Draw the configurational force at each place of each tip.
+        """Draw the configurational force at each position of each tip.
 
         Parameters
         ----------
         axes : Axes, optional
-            Default: of a new figure.
+            Default: axes of a new figure.
 
         Returns
         -------
@@ -180,11 +180,11 @@ class History:
         return self._drawn(draw_tip_cf, axes)
 
     def energy_balance(self) -> xr.Dataset:
-        """Account for the work of the loads; see `output.analysis.energy_balance`."""
+        """Return the energy balance; see `output.analysis.energy_balance`."""
         return energy_balance(self._history)
 
     def _drawn(self, draw: Callable[..., Axes], axes: Axes | None, *more: Any) -> Axes:
-        """Draw over the body, by default in a new figure that fits it, which a notebook shows."""
+        """Draw over the body, by default in a new figure of suitable size, shown in notebooks."""
         body = self._body()
         if axes is not None:
             return draw(axes, self._history, body, *more)
@@ -199,7 +199,7 @@ class History:
             return draw(axes, self._history, body, *more)
 
     def _body(self) -> Scene | Grid:
-        """The scene with its geometry; of a mesh file its grid before growth."""
+        """The scene with its geometry; for a mesh file its grid before growth."""
         scene = self.scene
         if scene.mesh_file is not None:
             from cfmpm.build import build

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import cfmpm.accessor  # noqa: F401  (who has a history has its accessor)
+import cfmpm.accessor  # noqa: F401  (registers the accessor of histories)
 from cfmpm import simulation, state
 from cfmpm.output.checkpoint import Start
 from cfmpm.output.record import Record
@@ -17,30 +17,30 @@ from cfmpm.state import State
 
 @dataclass(frozen=True)
 class Result(state.Result):
-    """What `run` returns: the history of a run and its last state, which it can write."""
+    """Result of `run`: the history and the last state of equilibrium, which it can write."""
 
     def write(self, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
-        """Write the files that ``cfmpm run`` leaves in its folder at the end of a run.
+        """Write the files that ``cfmpm run`` writes at the end of a run.
 
         Parameters
         ----------
         folder : str or Path
-            Made if needed. An earlier result there is replaced, with what was drawn and exported.
+            Made if needed. An earlier result there is replaced, with its figures and exports.
         overwrite : bool
-            Whether also one that was broken off and could still go on.
+            Whether to replace also an interrupted run that could be resumed.
 
         Returns
         -------
         list of Path
             history.nc and, where the scene has ``output.fields``, fields.nc. The fields of each
-            step (``output.every``) are written only while the command runs.
+            step (``output.every``) are only written by the command, during a run.
 
         Raises
         ------
         SceneError
-            Where a run is writing there, or one is that could still go on.
+            If another run is writing there, or if there is a run that could be resumed.
         OSError
-            Where the folder cannot be written.
+            If the folder cannot be written.
         """
         return write_result(self, Path(folder), overwrite=overwrite)
 
@@ -51,20 +51,34 @@ def run(
     observe: Callable[[State, Record], None] = lambda state, record: None,
     start: Start | None = None,
 ) -> Result:
-    """Solve a scene; see `simulation.run`, whose parameters and errors these are.
+    """Solve a scene.
 
     Parameters
     ----------
     scene : Scene
     announce : callable, optional
-        Called with the name of each phase as it begins.
+        Called with the name of each phase (`state.PHASES`) as it begins.
     observe : callable, optional
-        Called with each state of balance and the record so far.
+        Called with each state of equilibrium and the record so far.
     start : Start, optional
-        Of a run of the same scene that was broken off; default: the scene's beginning.
+        Start from the checkpoint of an interrupted run of the same scene; default: the first step.
 
     Returns
     -------
     Result
+
+    Raises
+    ------
+    SceneError
+        If the scene is invalid on its grid.
+    MeshError
+        If no grid could be made.
+    SolveError
+        If no equilibrium is found.
+
+    Notes
+    -----
+    Results are equal bit by bit for any number of threads: kernels run serially, and dense linear
+    algebra uses one thread (`threads`).
     """
     return Result(**vars(simulation.run(scene, announce, observe, start)))

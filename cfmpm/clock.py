@@ -13,7 +13,7 @@ class Clock:
     Parameters
     ----------
     announce : callable
-        Called with the phase's name; a progress bar, say.
+        Called with the name of the phase, for example by a progress bar.
     """
 
     def __init__(self, announce: Callable[[str], None]) -> None:

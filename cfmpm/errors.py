@@ -1,4 +1,4 @@
-"""The two ways in which a run can end badly."""
+"""Errors: invalid input and failed solves."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Problem:
 
     def __str__(self) -> str:
         place = ":".join(str(p) for p in (self.file, self.line, self.column) if p not in ("", None))
-        # An override is called by its key.
+        # The place of an override is its key.
         key = "" if place == f"override {self.key}" else self.key
         return ": ".join(p for p in (place, key, self.reason) if p)
 
 
 class SceneError(ValueError):
-    """The input is wrong; every problem found is listed. Exit status 2."""
+    """Invalid input; lists every problem found. Exit status 2."""
 
     def __init__(self, problems: list[Problem]) -> None:
         self.problems = problems
@@ -33,11 +33,11 @@ class SceneError(ValueError):
 
 
 class SolveError(RuntimeError):
-    """A solve failed; says which step, what was tried and what to change. Exit status 1."""
+    """A failed solve; the text has the step, the cause and what to change. Exit status 1."""
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """What to add to "unknown ...": the nearest known word, if any is near, and all of them."""
+    """Continuation of "unknown ...": the closest known word, if any, and all known words."""
     known = list(known)
     if not known:
         return "; there are none"
@@ -48,4 +48,4 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
 
 
 class MeshError(RuntimeError):
-    """No grid could be made; says what to change. Exit status 1."""
+    """No grid could be made; the text says what to change. Exit status 1."""

@@ -1,4 +1,4 @@
-"""Requests to end: Ctrl-C and SIGTERM, the signal of clusters and of `timeout`."""
+"""Interrupts: Ctrl-C and SIGTERM, the signal of clusters and of `timeout`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ REQUESTS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def terminated_as_interrupted() -> Iterator[None]:
-    """Let SIGTERM do what Ctrl-C does, raise KeyboardInterrupt, as long as the ``with`` runs."""
+    """Let SIGTERM raise KeyboardInterrupt, as Ctrl-C does, within the ``with`` block."""
 
     def interrupt(number: int, frame: object) -> NoReturn:
         raise KeyboardInterrupt
@@ -27,11 +27,11 @@ def terminated_as_interrupted() -> Iterator[None]:
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Let requests to end wait until the ``with`` block has run.
+    """Delay interrupts until the end of the ``with`` block.
 
-    An exception in the midst of a write to netCDF leaves the lock of that library taken, and the
-    next write, of what is to be kept, would wait for it for ever. In other threads than the main
-    one, in which no such exception is raised, nothing is done.
+    An exception during a write to netCDF leaves the lock of that library taken, and the next write
+    would wait for it forever. In other threads than the main thread, in which interrupts raise no
+    exception, nothing is done.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -44,7 +44,7 @@ def held_back() -> Iterator[None]:
         yield
     finally:
         for one, handler in before.items():
-            # None: a handler that Python did not set, and cannot set again.
+            # None: a handler that was not set by Python and cannot be restored by it.
             signal.signal(one, signal.SIG_DFL if handler is None else handler)
         if asked:
             signal.raise_signal(asked[0])

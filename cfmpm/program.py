@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-# Commands, pictures, and what gathers results: they take numbers as they are.
+# Commands, figures, and collection of results: these do not change numbers.
 APART = ("__main__.py", "cli", "plotting", "study", "output/summary.py", "output/vtu.py")
 
 

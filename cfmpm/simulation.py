@@ -21,38 +21,12 @@ def run(
     observe: Callable[[State, Record], None] = lambda state, record: None,
     start: Start | None = None,
 ) -> Result:
-    """Solve a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-    announce : callable, optional
-        Called with the name of each phase (`state.PHASES`) as it begins.
-    observe : callable, optional
-        Called with each state of equilibrium and the record so far.
-    start : Start, optional
-        Start from the checkpoint of an interrupted run of the same scene; default: the first step.
-
-    Returns
-    -------
-    Result
-
-    Raises
-    ------
-    SceneError
-        If the scene is invalid on its grid.
-    MeshError
-        If no grid could be made.
-    SolveError
-        If no equilibrium is found.
+    """Take the nine steps until the run ends; parameters and errors are those of `api.run`.
 
     Notes
     -----
     Small strain and linear elasticity need one solve for all load steps: Newton's loop (5) ends
     after one iteration, positions do not change (6), and the grid is not reset (9).
-
-    Results are equal bit by bit for any number of threads: kernels run serially, and dense linear
-    algebra uses one thread (`threads`).
     """
     clock = Clock(announce)
     with clock("grid"):

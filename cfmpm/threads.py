@@ -1,4 +1,4 @@
-"""One thread for dense linear algebra: what a threaded BLAS sums depends on how many it has."""
+"""One thread for dense linear algebra: sums of a threaded BLAS depend on the number of threads."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from threadpoolctl import ThreadpoolController
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Keep the BLAS and LAPACK of NumPy and SciPy to one thread within a ``with`` block.
+    """Limit BLAS and LAPACK of NumPy and SciPy to one thread within a ``with`` block.
 
     Notes
     -----
-    The limit holds for the whole process, and goes back to what it was at the end. It holds for
-    libraries that are loaded: those of NumPy and SciPy are. Others bring their own, which is
-    serial: CHOLMOD in kvxopt's wheels, gmsh by its options, rslab by its arguments. Apple's
-    Accelerate takes no limit.
+    The limit holds for the whole process and is restored at the end. It applies to loaded
+    libraries, as those of NumPy and SciPy are. Other packages have their own, which are serial:
+    CHOLMOD in kvxopt's wheels, gmsh by its options, rslab by its arguments. Apple's Accelerate
+    cannot be limited.
     """
     with _libraries().limit(limits=1):
         yield
@@ -26,7 +26,7 @@ def one_blas_thread() -> Iterator[None]:
 
 @cache
 def _libraries() -> ThreadpoolController:
-    """Find the libraries once, which takes some milliseconds; a limit takes 0.03 ms."""
+    """Find the libraries, once: this takes some milliseconds, setting a limit 0.03 ms."""
     import scipy.linalg  # noqa: F401  (SciPy's wheels have a BLAS of their own)
 
     return ThreadpoolController().select(user_api="blas")

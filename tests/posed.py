@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cfmpm import build, mechanics
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.body.loads import Loading, NodalLoads
 from cfmpm.body.materials import Materials, material_table
@@ -14,6 +15,7 @@ from cfmpm.body.points import MaterialPoints, seed
 from cfmpm.equilibrium import small_strain
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.equilibrium.problem import BoundaryValueProblem
+from cfmpm.scene import Scene
 
 
 def elastic(lam: float, mu: float) -> Materials:
@@ -34,6 +36,12 @@ def pose(
     gradients = grid.basis_gradients(points.element, points.position)
     options = {"solver": "superlu", **options}
     return BoundaryValueProblem(grid, points, gradients, materials, loading, **options)
+
+
+def of_scene(scene: Scene) -> BoundaryValueProblem:
+    """The problem of a scene at finite deformation, for loads of one's own."""
+    problem = mechanics.problem_of(*mechanics.locate(build.build(scene)))
+    return replace(problem, solver="superlu")
 
 
 def unloaded(grid: Grid, prescribed: Any = False) -> Loading:

@@ -166,7 +166,7 @@ def test_a_dataset_of_something_else_has_no_accessor() -> None:
 def test_of_several_runs_one_is_to_be_chosen(result: Result) -> None:
     both = xr.concat([result.history] * 2, "E")
     assert "plot_path" in dir(both.cfmpm)  # what an editor completes
-    with pytest.raises(ValueError, match=r"choose one along E"):
+    with pytest.raises(ValueError, match=r"select one along E"):
         both.cfmpm.path()
     assert set(both.isel(E=0).cfmpm.path()) == {"left"}
 

@@ -70,8 +70,9 @@ class Triangulation:
 
         The names of edges do not tell: in a grid with a margin they lie inside it.
         """
-        element, corner = np.nonzero(self.triangles == node)
-        after, before = (self.triangles[element, (corner + step) % 3] for step in (1, 2))
+        corners = self.triangles.ravel()
+        place = np.flatnonzero(corners == node)
+        after, before = (corners[place - place % 3 + (place + step) % 3] for step in (1, 2))
         return np.array_equal(np.sort(after), np.sort(before))
 
     def is_tip(self, crack: str, end: int) -> bool:
@@ -365,7 +366,7 @@ def regions_ahead(grid: Grid, tip: CrackTip, direction: Floats) -> list[int]:
     Returns
     -------
     list of int
-        One, but for a direction along the border of two.
+        One region, or two if the direction is along their interface.
     """
     element, corner = np.nonzero(grid.triangles == tip.node)
     inside = np.full(len(element), np.inf)

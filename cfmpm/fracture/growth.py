@@ -344,7 +344,7 @@ def check_end(
         raise RunEnded("arrived", "arrived: no crack tip is left inside the body")
     if decision.running:
         if steps > growth.increments:
-            text = f"increments: the limit growth.increments of {growth.increments} is reached"
+            text = f"increments: growth.increments allows {growth.increments}"
             raise RunEnded("increments", text)
         return
     shut = f"; pressed shut: {', '.join(pressed)}" if pressed else ""

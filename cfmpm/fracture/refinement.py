@@ -14,7 +14,7 @@ EQUILATERAL = 0.25 * np.sqrt(3.0)
 
 
 def refine(mesh: Triangulation, at: Floats, size: float) -> tuple[Triangulation, Ints]:
-    """Bisect triangles until none is larger than size + 0.3 r at distance r from a point.
+    """Bisect triangles until their size is at most size + 0.3 r at distance r from a point.
 
     Parameters
     ----------

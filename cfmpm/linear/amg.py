@@ -94,5 +94,5 @@ def _conjugate_gradients(
         f"conjugate gradients reached a residual of {min(residuals):.1e} instead of "
         f"{tolerance:.0e} in {CG_ITERATIONS} iterations, the last ones "
         + ", ".join(f"{value:.1e}" for value in residuals[-3:])
-        + "; take a direct solver (cholmod, rslab or superlu), which also tells a mechanism"
+        + "; use a direct solver (cholmod, rslab or superlu), which also detects a mechanism"
     )

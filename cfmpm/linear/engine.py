@@ -28,8 +28,8 @@ class NotPositiveDefiniteError(SolveError):
         super().__init__(
             f"the stiffness is not positive definite: {seen}. A part of the body is a mechanism "
             "(no support, or attached at a single node), or stiffnesses differ by more than double "
-            "precision resolves, or the state is unstable (a limit point, buckling, or softening "
-            "of the material); only in the last case smaller load steps or prescribed "
+            "precision resolves, or the state has lost stability (a limit point, buckling, or "
+            "softening of the material); only in the last case smaller load steps or prescribed "
             "displacements help"
         )
 

@@ -144,8 +144,8 @@ class Factor:
         growth = np.abs(answer)
         if not growth.max() < SINGULAR:
             raise NotPositiveDefiniteError(
-                f"it is singular to round-off (a probe grew to {growth.max():.0e}, "
-                f"at unknown {int(growth.argmax())})",
+                f"it is singular to round-off: a probe grew to {growth.max():.0e} "
+                f"at unknown {int(growth.argmax())}",
             )
 
 

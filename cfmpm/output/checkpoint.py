@@ -1,4 +1,4 @@
-"""A run on its way, in a file from which it goes on as if it had never been broken off."""
+"""Checkpoint file of a run, from which it resumes with results equal to an uninterrupted run."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from cfmpm.updated import reset
 
 @dataclass(frozen=True)
 class Start:
-    """Where a run begins, or goes on.
+    """The start of a run, at its first step or from a checkpoint.
 
     Attributes
     ----------
     stage : Stage
-        To be solved next.
+        The stage to be solved next.
     record : Record
         The steps so far.
     """
@@ -46,22 +46,21 @@ class Start:
     record: Record
 
 
-# Of the layout of the file.
+# Version of the file layout.
 FORMAT = 6
-# Of `Motion`, what does not follow from the reference.
+# Fields of `Motion` that do not follow from the reference configuration.
 MOTION = ("displacement", "triangle", "base", "smoothed")
 Arrays = dict[str, NDArray[Any]]
 
 
 def write_checkpoint(start: Start, path: Path) -> None:
-    """Write a body to be solved next and the steps before it, aside, and rename the file.
+    """Write a stage and the steps before it, atomically.
 
     Parameters
     ----------
     start : Start
-        Its record may have more steps than are kept.
     path : Path
-        An .npz file: arrays as they are, all else as JSON text; no pickle.
+        An .npz file with arrays, and all else as JSON text; no pickle.
     """
     record, stage = start.record, start.stage
     body, decision = stage.body, stage.decision
@@ -118,18 +117,18 @@ def read_checkpoint(path: Path) -> Start:
     Raises
     ------
     SceneError
-        Where the file is none, or of another version.
+        If the file is not a checkpoint, or has another format.
     """
     try:
         with np.load(path) as file:
             arrays: Arrays = dict(file)
         texts = json.loads(str(arrays["texts"]))
     except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
-        raise SceneError([Problem(f"is no checkpoint: {error}", file=str(path))]) from None
+        raise SceneError([Problem(f"is not a checkpoint: {error}", file=str(path))]) from None
     if texts["format"] != FORMAT:
-        reason = f"is of format {texts['format']}; this version reads {FORMAT}: run the scene again"
+        reason = f"has format {texts['format']}; this version reads {FORMAT}: run the scene again"
         raise SceneError([Problem(reason, file=str(path))])
-    # Checked when it was read; a mesh file may be gone by now, since the grid is here.
+    # The scene was checked before. A mesh file need not exist, since the grid is in the checkpoint.
     try:
         scene = Scene.model_validate(texts["config"])
     except ValidationError:
@@ -167,7 +166,7 @@ def _columns(
 
 
 def _numbers(balance: Equilibrium | None) -> dict[str, Any] | None:
-    """What of a balance is no array."""
+    """The fields of an equilibrium that are not arrays."""
     if balance is None:
         return None
     values = {field.name: getattr(balance, field.name) for field in fields(balance)}
@@ -187,14 +186,14 @@ def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium
 
 
 def _table(arrays: Arrays, prefix: str, kind: Any) -> Any:
-    """Read what `_columns` wrote; None where that was nothing."""
+    """Read the arrays of `_columns`; None if there are none."""
     if f"{prefix}.{fields(kind)[0].name}" not in arrays:
         return None
     return kind(**{field.name: arrays[f"{prefix}.{field.name}"] for field in fields(kind)})
 
 
 def _steps(steps: list[StepRecord]) -> Arrays:
-    """The steps, one array a quantity, with nan where a step has none."""
+    """The steps as one array for each quantity, with nan for missing values."""
     shapes = {name: np.shape(value) for step in steps for name, value in step.values.items()}
     return {
         "steps.load_factor": np.array([step.load_factor for step in steps]),
@@ -225,7 +224,7 @@ def _read_steps(arrays: Arrays, seconds: list[dict[str, float]]) -> list[StepRec
 
 
 def _motion(body: Body) -> Arrays:
-    """What of the motion of a body does not follow from its reference."""
+    """The data of a body's motion that do not follow from its reference configuration."""
     if body.motion is None:
         return {}
     kept = {f"motion.{name}": getattr(body.motion, name) for name in MOTION}

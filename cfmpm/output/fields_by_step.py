@@ -1,4 +1,4 @@
-"""The fields of a run by step: one file each, since the grid changes, and a table of them."""
+"""The fields of a run by step: one file for each step, since the grid changes, and an index."""
 
 from __future__ import annotations
 
@@ -21,27 +21,28 @@ from cfmpm.state import State
 
 
 class FieldsByStep:
-    """Writes the fields of every so many steps as they come, and keeps none of them.
+    """Writes the fields of every n-th step during a run.
 
     Parameters
     ----------
     folder : Path
-        The files of an earlier run are taken away.
+        Files of an earlier run in it are removed.
     every : int or None
-        The first step is written, every so many steps on, and the last; None: no step.
+        The first step, every n-th step after it, and the last step are written; None: no step.
     done : int, optional
-        Steps of the same run that were solved before it was broken off; their files stay.
+        Number of steps of the same run before it was interrupted; their files are kept.
     """
 
     def __init__(self, folder: Path, every: int | None, done: int = 0) -> None:
         self._folder, self._every = Path(folder), every
         self._rows: list[tuple[int, float, float, str]] = []
-        self._last: Callable[[], None] | None = None  # writes the last state, if that is due
+        # Writes the last state, if it is not written yet.
+        self._last: Callable[[], None] | None = None
         if (self._folder / INDEX).exists():
             index = _read_index(self._folder)
             rows = list(zip(*(index[name].values.tolist() for name in _COLUMNS), strict=True))
             self._rows = [row for row in rows if row[0] <= done]
-            # First the table: a kill in between leaves none that lists what is not there.
+            # The index first: if the process is killed in between, it lists no missing file.
             if self._rows:
                 write_dataset(_index(self._rows).assign_attrs(index.attrs), self._folder / INDEX)
             else:
@@ -50,7 +51,7 @@ class FieldsByStep:
                 (self._folder / file).unlink(missing_ok=True)
 
     def observe(self, state: State, record: Record) -> None:
-        """Write the fields of a state if it is its turn; an observer of `simulation.run`."""
+        """Write the fields of a state if its step is to be written; observes `simulation.run`."""
         if self._every is None:
             return
         step, load_factor = len(record.steps), record.steps[-1].load_factor
@@ -59,7 +60,7 @@ class FieldsByStep:
             self.finish()
 
     def finish(self) -> None:
-        """Write the fields of the last state, if they are not yet."""
+        """Write the fields of the last state, if they are not written yet."""
         if self._last is not None:
             self._last()
             self._last = None
@@ -92,7 +93,7 @@ def _index(rows: list[tuple[int, float, float, str]]) -> xr.Dataset:
 
 
 def list_fields(folder: Path) -> list[Path]:
-    """Return the files of the fields by step of a run, in their order.
+    """Return the files of the fields by step of a run, in the order of the steps.
 
     Parameters
     ----------
@@ -101,18 +102,18 @@ def list_fields(folder: Path) -> list[Path]:
     Raises
     ------
     SceneError
-        Where there are none, where they cannot be read, or where they are those of another run than
-        the history beside them.
+        If there are none, if they cannot be read, or if they belong to another run than the history
+        in the same folder.
     """
     folder = Path(folder)
     if not (folder / INDEX).exists():
-        reason = "no fields by step; a run with output.every makes them"
+        reason = "no fields by step; a run with output.every writes them"
         raise SceneError([Problem(reason, file=str(folder))])
     index = _read_index(folder)
     require_same_run(folder, index, INDEX)
     files = [folder / str(name) for name in index["file"].values]
     missing = [
-        Problem("is listed in the fields by step, and missing", file=str(path))
+        Problem("is listed in the fields by step, but is missing", file=str(path))
         for path in files
         if not path.exists()
     ]
@@ -146,15 +147,15 @@ def fields_of_last_step(folder: Path, history: xr.Dataset) -> xr.Dataset | None:
 
 
 def require_same_run(folder: Path, fields: xr.Dataset, name: str) -> None:
-    """Refuse fields of another scene than that of the history in the same folder.
+    """Raise an error for fields of another scene than that of the history in the same folder.
 
     Parameters
     ----------
     folder : Path
     fields : xarray.Dataset
-        Fields, or a table of them.
+        Fields, or their index.
     name : str
-        Of their file.
+        Name of their file.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Safe writing of files: aside, then renamed."""
+"""Atomic writing of files: to a temporary file, which is then renamed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cfmpm.interruption import held_back
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> None:
-    """Write a dataset to netCDF aside and rename it, so that no half file is ever seen.
+    """Write a dataset to netCDF atomically, so that `path` is never an incomplete file.
 
     Parameters
     ----------
@@ -26,24 +26,24 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
     Raises
     ------
     OSError
-        Where the folder cannot be written; `path` is then untouched.
+        If the folder cannot be written; `path` is then unchanged.
     """
     with written_aside(path) as aside:
         store(dataset, aside)
 
 
 def store(dataset: xr.Dataset, path: Path) -> None:
-    """Write a dataset to netCDF in place: into what `written_aside` gives."""
-    # Coordinates have no missing values; NaN marks them everywhere else.
+    """Write a dataset to netCDF in place, into a temporary file of `written_aside`."""
+    # Coordinates have no missing values; in all other variables NaN marks them.
     encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
     dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
 
 
 @contextmanager
 def written_aside(path: Path) -> Iterator[Path]:
-    """Give a place to write to, which becomes `path` when the ``with`` block ends well.
+    """Yield a temporary file, which is renamed to `path` if the ``with`` block has no error.
 
-    Requests to end wait for that.
+    Interrupts are delayed until then.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def written_aside(path: Path) -> Iterator[Path]:
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
-        # Unlike tempfile's, with the permissions that any new file of this process gets.
+        # Unlike tempfile, this gives the default permissions of new files.
         os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         with held_back():
             yield aside
@@ -67,7 +67,7 @@ def written_aside(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def written_aside_by_name(path: Path) -> Iterator[Path]:
-    """As `written_aside`, for writers that go by the name of the file: aside is in a folder.
+    """As `written_aside`, for writers that depend on the file name: it is in a temporary folder.
 
     Parameters
     ----------
@@ -83,13 +83,13 @@ def written_aside_by_name(path: Path) -> Iterator[Path]:
 
 
 def remove_asides(folder: Path, name: str) -> None:
-    """Take away what processes that were killed had begun to write aside.
+    """Remove temporary files of processes that were killed.
 
     Parameters
     ----------
     folder : Path
     name : str
-        What the files were to be called; a pattern.
+        Name of the intended files; a pattern.
     """
     for path in Path(folder).glob(f".{name}.{'[0-9a-f]' * 8}.part"):
         path.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Where a dataset comes from: global attributes after CF and ACDD."""
+"""Provenance of a dataset: global attributes by CF and ACDD."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from cfmpm.versions import versions
 
 
 def provenance(scene: Scene) -> dict[str, Any]:
-    """Return global attributes after CF and ACDD, with what is needed to run a scene again."""
-    import numba  # loaded already where a scene has been solved, and else not needed
+    """Return global attributes by CF and ACDD, with the data needed to run the scene again."""
+    import numba  # already loaded after a solve, and not needed before
 
     return {
         **origin(scene.name, scene.description or f"Crack tips of scene {scene.name}", "run"),
-        "comment": "lists are JSON text; no number depends on how many threads were available",
+        "comment": "lists are JSON text; no number depends on the number of threads",
         "threads": numba.get_num_threads(),
         "config": json.dumps(effective_config(scene), sort_keys=True),
         "config_hash": config_hash(scene),
@@ -27,13 +27,13 @@ def provenance(scene: Scene) -> dict[str, Any]:
 
 
 def origin(title: str, summary: str, command: str) -> dict[str, Any]:
-    """Return global attributes after CF and ACDD that every dataset has.
+    """Return global attributes by CF and ACDD that are common to all datasets.
 
     Parameters
     ----------
     title, summary : str
     command : str
-        Of ``cfmpm`` that makes the dataset.
+        The ``cfmpm`` command that makes the dataset.
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     now = datetime.fromtimestamp(float(epoch) if epoch else time.time(), UTC)

@@ -16,12 +16,12 @@ def read_result(path: Path, variable: str) -> xr.Dataset:
     ----------
     path : Path
     variable : str
-        By which it is known that the dataset is what it should be.
+        A variable that identifies the kind of dataset.
 
     Raises
     ------
     SceneError
-        Where it is not.
+        If the file cannot be read, or is another kind of dataset.
     """
     if not path.is_file():
         study = path.with_name("study.nc")
@@ -33,7 +33,7 @@ def read_result(path: Path, variable: str) -> xr.Dataset:
         reason = f"cannot be read as netCDF: {getattr(error, 'strerror', None) or error}"
         raise SceneError([Problem(reason, file=str(path))]) from None
     if variable not in dataset or not {"config", "config_hash"} <= dataset.attrs.keys():
-        reason = "is not what cfmpm run writes; give the folder of a run, or its history.nc"
+        reason = "is not a result of cfmpm run; give the folder of a run, or its history.nc"
         if "study" in dataset.attrs:
             reason = _of_study(path)
         raise SceneError([Problem(reason, file=str(path))])
@@ -41,8 +41,8 @@ def read_result(path: Path, variable: str) -> xr.Dataset:
 
 
 def _of_study(dataset: Path) -> str:
-    """What to do with a study where one run is asked for."""
+    """Message for a study where the result of a run is expected."""
     return (
-        f"this is a study, not one run: look at ds = xarray.open_dataset({str(dataset)!r}), and at "
-        "one of its members by ds.isel(...).cfmpm.plot_path()"
+        f"this is a study, not a run: open it by ds = xarray.open_dataset({str(dataset)!r}), and "
+        "plot a member by ds.isel(...).cfmpm.plot_path()"
     )

@@ -12,13 +12,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.body.body import Body
-from cfmpm.body.grid import Floats, Triangulation
-from cfmpm.body.loads import Loading
+from cfmpm.body.grid import Triangulation
 from cfmpm.ending import Ending, LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.output import choices, variables
+from cfmpm.output.external_work import conjugates, work_after
 from cfmpm.output.history import StepRecord, build_history
 from cfmpm.output.warnings import of_history, of_state
 from cfmpm.registry.solvers import SOLVERS
@@ -117,18 +117,18 @@ class Record:
         ):
             values[name] = np.full(len(self.origin.tips), np.nan)
             values[name][rows] = found
-        conjugates = _conjugates(body, balance, scale)
+        last = self.steps[-1] if self.steps else None
         values["jump"] = float(self._jumped(values["tip_status"]))
         values["external_work"] = (
             balance.external_work
             if balance.finite
-            else self._work_done(body, balance, factor, jumped=bool(values["jump"]))
+            else work_after(last, body, balance, factor, jumped=bool(values["jump"]))
         )
         if self.full.fatigue is None:
             spent = body.grown.fracture_energy
             values["fracture_energy"] = spent
             values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
-        self.steps.append(StepRecord(factor, values, seconds, conjugates))
+        self.steps.append(StepRecord(factor, values, seconds, conjugates(body, balance, scale)))
         self.notes |= choices.choices(self.full, body, balance)
         self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance))
         self.warnings |= dict.fromkeys(of_state.doubts_at_tips(body, tips))
@@ -262,27 +262,6 @@ class Record:
         )
         return bool((now & ~before).any())
 
-    def _work_done(self, body: Body, balance: Equilibrium, factor: float, *, jumped: bool) -> float:
-        """External work since the start, by the trapezoidal rule over the steps [N].
-
-        The work of fixed loads follows from the displacement alone; in the first step they are
-        increased together with the proportional loads. A last ligament breaks at the load factor
-        of the step before; the load factor changes after that.
-        """
-        now = _conjugates(body, balance, balance.scale(factor))
-        work, last_factor, last = 0.0, 0.0, (0.0, 0.0, 0.0)
-        if self.steps:
-            work = float(self.steps[-1].values["external_work"])
-            last_factor, last = self.steps[-1].load_factor, self.steps[-1].conjugates
-        elif not balance.proportional:
-            work = 0.5 * (_work_on_fixed_grips(body, balance) - now[2])
-        broken = _conjugates_at(body, balance, factor, last_factor) if jumped else None
-        if broken is not None:
-            work += last_factor * (broken[0] - last[0]) + (broken[2] - last[2])
-            last = broken
-        work += 0.5 * (factor + last_factor) * (now[0] - last[0]) + (now[2] - last[2])
-        return work + 0.5 * (now[1] + last[1]) * (factor - last_factor)
-
     def _stability(self) -> NDArray[np.int8]:
         """Stability of growth from each step on, under crack control."""
         growth = self.full.growth
@@ -297,48 +276,6 @@ class Record:
         jumps = np.array([step.values.get("jump", 0.0) for step in self.steps], float) > 0.0
         flags[:-1][jumps[1:]] = 0
         return flags
-
-
-def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float, float]:
-    """Work conjugates of dead loads, grips and fixed loads; see `StepRecord` [N]."""
-    loading = body.loading
-    # Zero where the displacement is prescribed: a force there does no work.
-    free = balance.displacement - loading.at(balance.load_factor).displacement
-    dead, grip, fixed = _sums(loading, free, balance.internal_force - balance.contact_force)
-    return scale * dead, scale * grip, scale * fixed
-
-
-def _conjugates_at(
-    body: Body, balance: Equilibrium, factor: float, other: float
-) -> tuple[float, float, float] | None:
-    """The same for a linear body at another load factor; None where unknown."""
-    now = _conjugates(body, balance, balance.scale(factor))
-    if balance.parts is None:
-        return (
-            None
-            if factor == 0.0
-            else (now[0] * other / factor, now[1] * other / factor, now[2] * other / factor)
-        )
-    part, loading = balance.parts.proportional, body.loading
-    free = part.displacement - loading.proportional.displacement
-    slopes = _sums(loading, free, part.internal_force)
-    dead, grip, fixed = (a + (other - factor) * b for a, b in zip(now, slopes, strict=True))
-    return dead, grip, fixed
-
-
-def _sums(loading: Loading, free: Floats, force: Floats) -> tuple[float, float, float]:
-    """Sums of dead force times displacement, force times prescribed displacement, fixed force."""
-    unit = loading.proportional
-    fixed = 0.0 if loading.fixed is None else float((loading.fixed.force * free).sum())
-    return float((unit.force * free).sum()), float((force * unit.displacement).sum()), fixed
-
-
-def _work_on_fixed_grips(body: Body, balance: Equilibrium) -> float:
-    """Sum of reactions times fixed displacements [N]."""
-    fixed = body.loading.fixed
-    if fixed is None:
-        return 0.0
-    return float(((balance.internal_force - balance.contact_force) * fixed.displacement).sum())
 
 
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:

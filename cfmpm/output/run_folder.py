@@ -1,4 +1,4 @@
-"""The folder of a run: one run at a time writes there, and the files of two never mix."""
+"""The folder of a run: lock, start, status and removal of earlier results."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from filelock import FileLock, Timeout
 from cfmpm.errors import Problem, SceneError
 
 HISTORY, CHECKPOINT = "history.nc", "checkpoint.npz"
-# Fields of the end, and of each step with the table of them.
+# Fields of the last state, and the index of the fields by step.
 FIELDS, INDEX = "fields.nc", "fields_index.nc"
-# The picture of the scene, which `cfmpm check` draws before there is a run.
+# Figure of the scene, also of `cfmpm check`.
 SCENE = "scene.png"
-# Status of a run whose history is not whole (`ending.RUN_STATUS`).
+# Status of a run whose history is incomplete (`ending.RUN_STATUS`).
 UNFINISHED = "unfinished"
 _LOCK = ".lock"
-# Stands there from the start of a new run until it has written its first step.
+# Exists from the start of a new run until its first step is written.
 _STARTED = ".started"
 _OF_STEPS = re.compile(r"fields_\d{4,}\.nc")
 _ASIDE = re.compile(r"\.(history|checkpoint|fields(_\d{4,}|_index)?)\.np?[cz]\.[0-9a-f]{8}\.part")
-# What `cfmpm plot` and `cfmpm export` make of a run.
+# Files of `cfmpm plot` and `cfmpm export`.
 _PICTURES = ("deformed", "paths", "cf", "factors", "angles", "energy", "load", "cycles")
 _PICTURES_OF_TIPS = ("mesh", "cf", "radii", "steps")
 _FILM, _EXPORT = "growth.gif", "vtu"
@@ -33,7 +33,7 @@ _EXPORTED = re.compile(r"(grid|points|cracks)(_\d{4,}\.vtu|\.pvd)")
 
 @contextmanager
 def held(folder: Path) -> Iterator[None]:
-    """Keep all other runs out of a folder as long as the ``with`` block lasts.
+    """Lock a folder against other runs within the ``with`` block.
 
     Parameters
     ----------
@@ -43,23 +43,23 @@ def held(folder: Path) -> Iterator[None]:
     Raises
     ------
     SceneError
-        Where another run holds it.
+        If another run has locked it.
 
     Notes
     -----
-    The lock is the system's: it ends with the process, however that ends.
+    It is a lock of the operating system, which also ends if the process is killed.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lock = FileLock(folder / _LOCK)
     try:
         lock.acquire(blocking=False)
     except Timeout:
-        reason = "another run is writing here: wait for its end, or write to another folder"
+        reason = "another run is writing here: wait until it has ended, or use another folder"
         raise SceneError([Problem(reason, file=str(folder))]) from None
     try:
         yield
     finally:
-        # Still held: who opens the file from now on opens a new one, as FileLock sees to.
+        # The lock is still held; FileLock makes a new file for a process that opens it from now on.
         (folder / _LOCK).unlink(missing_ok=True)
         lock.release()
 
@@ -77,26 +77,26 @@ def is_held(folder: Path) -> bool:
 
 @contextmanager
 def starting(folder: Path, *, overwrite: bool) -> Iterator[None]:
-    """Begin a new run in a folder that is held.
+    """Begin a new run in a locked folder.
 
-    What an earlier run has left stays until `clear` is called, which the new run does as soon as it
-    has something to put in its place.
+    The results of an earlier run are kept until the new run calls `clear`, when it has a result to
+    replace them.
 
     Parameters
     ----------
     folder : Path
     overwrite : bool
-        Whether a run may be lost that could still go on.
+        Whether an interrupted run that could be resumed may be replaced.
 
     Raises
     ------
     SceneError
-        Where it may not.
+        If there is such a run and it may not be replaced.
     """
     if not overwrite and is_unfinished(folder):
         reason = (
-            f"holds a run that was broken off: cfmpm resume {folder} goes on with it; a new run "
-            "takes its place with --overwrite (in Python overwrite=True)"
+            f"has a run that was interrupted: cfmpm resume {folder} resumes it; --overwrite (in "
+            "Python overwrite=True) replaces it by a new run"
         )
         raise SceneError([Problem(reason, file=str(folder))])
     (folder / _STARTED).touch()
@@ -107,33 +107,33 @@ def starting(folder: Path, *, overwrite: bool) -> Iterator[None]:
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Whether a folder holds a run that was broken off after its first step."""
+    """Whether a folder has a run that was interrupted after its first step."""
     return (folder / CHECKPOINT).exists() or run_status(folder) == UNFINISHED
 
 
 def was_killed_at_start(folder: Path) -> bool:
-    """Whether the last run in a folder was killed before it had written anything."""
+    """Whether the last run in a folder was killed before it wrote a step."""
     return (folder / _STARTED).exists()
 
 
 def run_status(folder: Path) -> str:
-    """Return how the run in a folder ended; empty where that cannot be read."""
+    """Return the status of the run in a folder; empty if it cannot be read."""
     history = _history(folder)
     return "" if history is None else str(history.attrs.get("run_status", ""))
 
 
 def clear(folder: Path, shown: str) -> None:
-    """Take away all that an earlier run has left in a folder, and what was drawn or exported.
+    """Remove the results of an earlier run from a folder, including figures and exports.
 
-    Files that cfmpm does not write stay, and so does the picture of the scene that is now run. So
-    does the history, which the new one is to be renamed over: until then a kill leaves the earlier
-    run, only less complete.
+    Files that cfmpm does not write are kept, and the figure of the scene if it is that of the new
+    run. So is the history, which is replaced by renaming the new one: if the process is killed
+    before, the history of the earlier run remains.
 
     Parameters
     ----------
     folder : Path
     shown : str
-        What the picture of the new run's scene is described by (`description`).
+        Description of the figure of the new run's scene (`description`).
     """
     drawn = {f"{name}.png" for name in _PICTURES} | {_FILM, FIELDS, INDEX}
     if not _describes(folder / SCENE, shown):
@@ -143,7 +143,7 @@ def clear(folder: Path, shown: str) -> None:
         tips, parts = (history[name].values.tolist() for name in ("tip", "boundary"))
         drawn |= {f"{name}_{tip}.png" for name in _PICTURES_OF_TIPS for tip in tips}
         drawn |= {f"force_{part}_{axis}.png" for part in parts for axis in "xy"}
-    # The table before what it lists.
+    # The index before the files in it.
     names = [INDEX, *sorted(drawn - {INDEX})]
     names += [path.name for path in folder.iterdir() if _OF_STEPS.fullmatch(path.name)]
     for name in (*names, CHECKPOINT):
@@ -159,19 +159,19 @@ def clear(folder: Path, shown: str) -> None:
 
 
 def remove_leavings(folder: Path) -> None:
-    """Take away what a killed run was writing aside, in a folder that is held."""
+    """Remove temporary files of a killed run from a locked folder."""
     for path in list(folder.iterdir()):
         if _ASIDE.fullmatch(path.name):
             path.unlink(missing_ok=True)
 
 
 def description(config_hash: str) -> str:
-    """Return what the picture of a scene says of itself."""
+    """Return the description in the file of the figure of a scene."""
     return f"scene {config_hash}"
 
 
 def _describes(picture: Path, shown: str) -> bool:
-    """Whether a picture says of itself that it shows something."""
+    """Whether a figure has a description in its file."""
     if not picture.exists():
         return False
     from PIL import Image  # only where `cfmpm check` or `cfmpm plot` has been used
@@ -184,7 +184,7 @@ def _describes(picture: Path, shown: str) -> bool:
 
 
 def _history(folder: Path) -> xr.Dataset | None:
-    """The history in a folder, without its values; None where there is none to be read."""
+    """The history in a folder without its values; None if it cannot be read."""
     try:
         with xr.open_dataset(folder / HISTORY, engine="netcdf4") as history:
             return history[["tip", "boundary"]].load()

@@ -1,4 +1,4 @@
-"""Keeping on disk what a run has found, while it goes on and at its end."""
+"""Writing of the results of a run, during the run and at its end."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from cfmpm.output.run_folder import CHECKPOINT, FIELDS, HISTORY, INDEX, UNFINISH
 from cfmpm.scene import Scene, config_hash
 from cfmpm.state import Result, State
 
-# Part of the time of a run that may go into keeping what it takes to go on after a kill.
+# Largest part of the run time for writing history and checkpoint.
 SHARE = 0.05
 
 
 class RunWriter:
-    """Writes the files of a run: fields by step, the history so far, and what is needed to go on.
+    """Writes the files of a run: fields by step, the history so far, and a checkpoint.
 
-    Of a run that goes on after its first step, history and checkpoint are written then, and from
-    there on whenever that takes no more than `SHARE` of the time since it was last done.
+    A run with several steps writes history and checkpoint after its first step, and then whenever
+    this takes at most `SHARE` of the time since the last write.
 
     Parameters
     ----------
     folder : Path
-        One that is held (`run_folder.held`). What an earlier run has left there is taken away as
-        soon as there is a whole file to put in its place.
+        A locked folder (`run_folder.held`). Results of an earlier run are removed when the first
+        new file is complete.
     start : Start or None
-        Where the run goes on whose files these are.
+        Start of a resumed run in the same folder.
     """
 
     def __init__(self, folder: Path, start: Start | None = None) -> None:
@@ -50,26 +50,26 @@ class RunWriter:
 
     @property
     def steps(self) -> int:
-        """How many steps are known."""
+        """Number of steps so far."""
         return 0 if self._record is None else len(self._record.steps)
 
     def observe(self, state: State, record: Record) -> None:
-        """Take note of a state of balance; an observer of `simulation.run`."""
-        # The next run solves this body again: a state of balance has more to it than is kept.
+        """Take a state of equilibrium; an observer of `simulation.run`."""
+        # A resumed run solves this stage again, since a checkpoint does not contain the full state.
         before = copy.copy(record)
         before.steps = record.steps[:-1]
         self._start, self._record = Start(state.stage, before), record
         scene = record.scene
         several = scene.growth is not None or len(load_levels(scene)) > 1
         if (several or scene.output.every is not None) and time.monotonic() >= self._due:
-            self.write("the run was still going on")
+            self.write("the run was still in progress")
         if scene.output.every is not None:
             if self._fields is None:
                 self._fields = FieldsByStep(self._folder, scene.output.every, self._done)
             self._fields.observe(state, record)
 
     def write(self, reason: str) -> None:
-        """Write what there is, if there is anything, with the reason why it is not more."""
+        """Write history and checkpoint so far, if any, with the reason why they are incomplete."""
         if self._record is None or self._start is None:
             return
         begin = time.monotonic()
@@ -81,7 +81,7 @@ class RunWriter:
         self._due = end + (end - begin) * (1.0 / SHARE - 1.0)
 
     def finish(self, result: Result) -> list[Path]:
-        """Write the result of a run that has ended, and take its checkpoint away.
+        """Write the result of a run that has ended, and remove its checkpoint.
 
         Parameters
         ----------
@@ -90,13 +90,13 @@ class RunWriter:
         Returns
         -------
         list of Path
-            All files of the run but the fields by step, of which the table is named.
+            All files of the run; for the fields by step only their index.
         """
         datasets = {HISTORY: result.history}
         if result.scene.output.fields:
             datasets[FIELDS] = build_fields(result)
         with ExitStack() as stack:
-            # The history is renamed last: as long as it says unfinished, the run can go on.
+            # The history is renamed last: while its status is unfinished, the run can be resumed.
             for name, dataset in datasets.items():
                 store(dataset, stack.enter_context(written_aside(self._folder / name)))
             self._take_over(result.scene)
@@ -107,7 +107,7 @@ class RunWriter:
         return [self._folder / name for name in (*datasets, *by_step)]
 
     def _take_over(self, scene: Scene) -> None:
-        """Take away what an earlier run has left, once."""
+        """Remove the results of an earlier run, once."""
         if self._new:
             folders.clear(self._folder, folders.description(config_hash(scene)))
             self._new = False

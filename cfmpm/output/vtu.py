@@ -1,4 +1,4 @@
-"""Results as VTU files for ParaView, by pyvista, which comes with the extra ``export``."""
+"""Export of results as VTU files for ParaView, by pyvista (extra ``export``)."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 def export_vtu(folder: Path, output: Path) -> list[Path]:
-    """Write the fields of a run as VTU files, one set a step, and a PVD file for each kind.
+    """Write the fields of a run as VTU files, a set for each step, and PVD files over the steps.
 
     Parameters
     ----------
     folder : Path
-        Of a run with ``output.every`` or, of its last state alone, ``output.fields``.
+        Folder of a run with ``output.every`` or, for the last state only, ``output.fields``.
     output : Path
         Folder to write to; made if needed.
 
@@ -37,17 +37,17 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
     list of Path
         grid.pvd (the background grid with its fields), points.pvd (the material points) and, where
         there are cracks, cracks.pvd (their lines). Time is the step. Vectors have a z component of
-        zero, as ParaView wants it.
+        zero, as ParaView requires.
 
     Raises
     ------
     ImportError
-        Where pyvista is missing.
+        If pyvista is missing.
     SceneError
-        Where the run has no fields, where they cannot be read, or where they are those of another
-        run than the history beside them.
+        If the run has no fields, if they cannot be read, or if they belong to another run than the
+        history in the same folder.
     """
-    import pyvista  # noqa: F401 - its absence is told before any file is read
+    import pyvista  # noqa: F401 - reports a missing pyvista before any file is read
 
     folder = Path(folder)
     if (folder / INDEX).exists():
@@ -56,7 +56,7 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
         sources = [folder / FIELDS]
         require_same_run(folder, read_result(sources[0], "face_nodes"), FIELDS)
     else:
-        reason = "no fields; a run with output.fields or output.every makes them"
+        reason = "no fields; a run with output.fields or output.every writes them"
         raise SceneError([Problem(reason, file=str(folder))])
     output = Path(output)
     output.mkdir(parents=True, exist_ok=True)
@@ -106,7 +106,7 @@ def _meshes(fields: xr.Dataset) -> dict[str, pyvista.UnstructuredGrid]:
 
 
 def _write_collection(path: Path, files: Sequence[tuple[float, str]]) -> Path:
-    """A PVD file: which file belongs to which time."""
+    """Write a PVD file, which lists the files with their times."""
     entries = "".join(
         f'    <DataSet timestep="{step:g}" part="0" file={quoteattr(name)}/>\n'
         for step, name in files

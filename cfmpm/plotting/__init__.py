@@ -1,4 +1,4 @@
-"""Pictures: functions that take data and an axes and return the axes."""
+"""Figures: functions that take data and an axes and return the axes."""
 
 from cfmpm.plotting.deformed import draw_deformed
 from cfmpm.plotting.film import animate_growth

@@ -16,7 +16,7 @@ from cfmpm.plotting.style import (
     VERMILLION,
 )
 
-# Colour and marker both differ, so that curves are told apart without colour too.
+# Colour and marker both differ, so that curves can be distinguished without colour.
 STYLES = (
     (BLUE, "o"),
     (VERMILLION, "s"),
@@ -45,9 +45,9 @@ def draw_curve(
     axes : Axes
     x, y : (n,) float
     label : str
-        For the legend.
+        Label in the legend.
     style : int
-        Which colour and marker of `STYLES`.
+        Index of colour and marker in `STYLES`.
     line : str
         Line style of matplotlib; "" for markers alone.
     hollow : bool

@@ -1,4 +1,4 @@
-"""Pictures of the deformed grid with its stress."""
+"""Figures of the deformed grid with its stress."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from matplotlib.collections import LineCollection, PolyCollection
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.style import BLACK, GREY, STRESS_MAP, length_axes
 
-# The largest displacement is drawn as about this part of the size of the body.
+# Drawn size of the largest displacement, about, relative to the size of the body.
 SHOWN = 0.05
-# Stress is singular at a tip: this part of the area keeps its own colour.
+# Part of the area within the range of the colours, since stress is singular at a tip.
 COLOURED = 0.98
 
 
@@ -38,7 +38,7 @@ def draw_deformed(
     stress : str
         A variable on the faces.
     factor : float, optional
-        On the displacements; default: such that they can be seen.
+        Magnification of the displacements; default: such that they are visible.
     limits : (float, float), optional
         Lowest and highest stress of the colours; default: those of 98 % of the area.
     bar : Axes, optional
@@ -48,10 +48,10 @@ def draw_deformed(
     Returns
     -------
     Axes
-        Its title states the factor on the displacements and the lowest and highest stress, or that
-        there is none, as in a body that a crack has severed. Those lie beyond the colour bar where
-        it ends in a point: its range is that of 98 % of the area, as its label says. Dotted lines
-        are the undeformed boundary.
+        Its title has the magnification of the displacements and the lowest and highest stress, or
+        says that there is none, as in a severed body. These lie outside the colour bar where it has
+        a pointed end: its range is that of 98 % of the area, as in its label. Dotted lines are the
+        undeformed boundary.
     """
     mesh, last = Mesh.of_fields(fields), fields.isel(time=-1)
     u = np.column_stack([last["u_x"], last["u_y"]])
@@ -90,13 +90,13 @@ def draw_deformed(
     found = f"{stress} in triangles: {values.min():.4g} to {values.max():.4g} {said['units']}"
     axes.set_title(
         f"displacement × {factor:g}, largest {np.hypot(*u.T).max():.3g} mm\n"
-        + ("free of stress, to round-off" if free else found)
+        + ("stress-free up to round-off" if free else found)
     )
     return axes
 
 
 def magnification(displacement: np.ndarray, nodes: np.ndarray) -> float:
-    """Return the factor on displacements at which they can be seen.
+    """Return the magnification at which displacements are visible.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def magnification(displacement: np.ndarray, nodes: np.ndarray) -> float:
     Returns
     -------
     float
-        1, 2 or 5 times a power of ten. Never less than 1, which it also is where nothing moves.
+        1, 2 or 5 times a power of ten, at least 1; 1 without displacements.
     """
     largest = float(np.hypot(*displacement.T).max())
     if largest == 0.0:
@@ -119,18 +119,18 @@ def magnification(displacement: np.ndarray, nodes: np.ndarray) -> float:
 
 
 def _round_off(fields: xr.Dataset, displacement: np.ndarray, mesh: Mesh) -> float:
-    """Stress that round-off of the displacement alone makes [MPa]; 0 where E is not known."""
+    """Stress by round-off of the displacement [MPa]; 0 if E is unknown."""
     if "config" not in fields.attrs:
         return 0.0
     modulus = float(json.loads(fields.attrs["config"])["material"]["E"])
     sides = mesh.nodes[mesh.faces] - mesh.nodes[np.roll(mesh.faces, 1, axis=1)]
     shortest = float(np.hypot(sides[..., 0], sides[..., 1]).min())
-    eps = 1e3 * np.finfo(float).eps  # a displacement has lost some digits in the solve
+    eps = 1e3 * np.finfo(float).eps  # displacements lose some digits in the solve
     return eps * modulus * float(np.abs(displacement).max()) / shortest
 
 
 def _colour_limits(values: np.ndarray, mesh: Mesh) -> tuple[float, float]:
-    """The range of values on all but the most strained part of the area."""
+    """The range of values without those on the most stressed part of the area."""
     a, b, c = (mesh.nodes[mesh.faces[:, k]] for k in range(3))
     area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     order = np.argsort(values)

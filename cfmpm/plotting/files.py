@@ -1,4 +1,4 @@
-"""Pictures of a scene and of its result as files."""
+"""Figures of a scene and of its result as files."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from cfmpm.plotting.tip import (
 )
 from cfmpm.scene import Scene, config_hash, expand
 
-# Sizes of pictures around a tip and of curves [inch].
+# Sizes of figures around a tip and of curves [inch].
 TIP, CURVE = (5.0, 5.5), (5.0, 4.0)
 
 
@@ -108,10 +108,10 @@ def save_tip_forces(folder: Path, fields: xr.Dataset, history: xr.Dataset) -> li
 
 
 def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> list[Path]:
-    """Write paths.png, cf.png, angles.png, energy.png, and what else there is of growth.
+    """Write paths.png, cf.png, angles.png, energy.png and further figures of crack growth.
 
-    These are factors.png at small strain, load.png where the load changes, and cycles.png of
-    fatigue. The scene is the expanded one; the grid is drawn where a mesh file takes the place of a
+    These are factors.png at small strain, load.png if the load changes, and cycles.png for
+    fatigue. The scene is expanded; the grid is drawn if the scene has a mesh file in place of a
     geometry.
     """
     body = grid if scene.geometry is None else scene
@@ -132,9 +132,9 @@ def save_growth(folder: Path, history: xr.Dataset, scene: Scene, grid: Grid) -> 
 
 
 def save_steps(folder: Path, history: xr.Dataset) -> list[Path]:
-    """Write force_<part>_<axis>.png for each loaded part that moves along its force.
+    """Write force_<part>_<axis>.png for each loaded part with displacement along its force.
 
-    Of steps at several loads; where the cracks stay also steps_<tip>.png.
+    For steps at several loads; for stationary cracks also steps_<tip>.png.
     """
     if not _load_changes(history):
         return []
@@ -169,7 +169,7 @@ def _save_curves(
 
 
 def _moving_parts(history: xr.Dataset) -> list[tuple[str, str]]:
-    """Loaded parts, and the axes along which they move and feel a force."""
+    """Loaded parts, and the axes along which they have a displacement and a force."""
 
     def most(of: xr.Dataset, what: str, axes: str = "xy") -> float:
         return max(float(np.abs(of[f"{what}_{axis}"]).max()) for axis in axes)

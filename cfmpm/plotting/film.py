@@ -40,7 +40,7 @@ def animate_growth(
     Parameters
     ----------
     frames : Path or sequence of Path or Dataset
-        Folder of a run with ``output.every``, or its fields in the order of the film. One is held
+        Folder of a run with ``output.every``, or its fields in the order of the film. Only one is
         in memory at a time.
     path : Path
         A GIF file. It is written aside and renamed.
@@ -57,7 +57,7 @@ def animate_growth(
     Raises
     ------
     SceneError
-        Where a folder holds no fields by step, or those of another run than its history, or where
+        If a folder has no fields by step, if they belong to another run than its history, or if
         they cannot be read.
     """
     if isinstance(frames, str | Path):

@@ -1,4 +1,4 @@
-"""Curves along the growth of cracks: load, force, angles, stress intensity factors, energies."""
+"""Curves of crack growth: load, force, angles, stress intensity factors, energies."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from cfmpm.output.variables import TIP_STATUS
 from cfmpm.plotting.curves import STYLES, draw_curve
 from cfmpm.plotting.style import BLACK, BLUE, GREY, LIGHT_GREY, ORANGE, VERMILLION, as_label
 
-# Colour and marker both differ, so that the parts are told apart without colour too; dashes would
-# not, in a curve that goes to and fro in short pieces.
+# Colour and marker both differ, so that the parts can be distinguished without colour; line styles
+# would not be visible on short parts.
 PARTS = {
     "none": (BLACK, ".", "no growth"),
     "stable": (BLUE, "o", "stable: the force rises"),
     "unstable": (ORANGE, "s", "unstable: the force falls"),
     "snap_back": (VERMILLION, "^", "snap-back"),
-    "undefined": (GREY, "x", "under the load as it is"),
+    "undefined": (GREY, "x", "at constant load"),
 }
-# Steps whose number is written beside them.
+# Largest number of steps with a written number.
 NUMBERED = 5
 
 
 def draw_load_displacement(
     axes: Axes, history: xr.Dataset, boundary: str, component: str | None = None
 ) -> Axes:
-    """Draw force against displacement of a loaded part, by what the cracks do meanwhile.
+    """Draw force against displacement of a loaded part, with stable and unstable crack growth.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def draw_load_displacement(
     Returns
     -------
     Axes
-        Force and displacement are positive along the first force. Where cracks grow, stable and
-        unstable parts are told apart by the marker at the state in which they begin; some states
-        have the number of their step.
+        Force and displacement are positive along the first force. Stable and unstable parts of
+        growth are marked at the state at which they start; some states have the number of their
+        step.
     """
     part = history.sel(boundary=boundary)
     if component is None:
@@ -92,14 +92,14 @@ def draw_load(axes: Axes, history: xr.Dataset) -> Axes:
 
 
 def _draw_parts(axes: Axes, history: xr.Dataset, points: Floats, named: set[str]) -> None:
-    """Draw a curve over the steps, each part as what the cracks do; some are named already."""
+    """Draw a curve over the steps, with a style for each kind of growth; some have labels."""
     flags = history["stability"]
     parts = np.array(flags.attrs["flag_meanings"].split())[flags.values[:-1]]
     parts = np.where(np.diff(new_length(history)) > 0.0, parts, "none")
     for first, last in _runs(parts):
         curve = points[first : last + 1]
         if not np.diff(curve[np.isfinite(curve).all(axis=1)], axis=0).any():
-            continue  # nothing to be seen, so nothing to be named
+            continue  # not visible, so without a label
         colour, marker, label = PARTS[parts[first]]
         shown = "_" if parts[first] in named else label
         named.add(parts[first])
@@ -110,7 +110,7 @@ def _draw_parts(axes: Axes, history: xr.Dataset, points: Floats, named: set[str]
 
 
 def _number(axes: Axes, history: xr.Dataset, points: Floats) -> None:
-    """Write the numbers of some steps beside their points, where these lie apart."""
+    """Write the numbers of some steps beside their points, if these are far enough apart."""
     known = np.flatnonzero(np.isfinite(points).all(axis=1))
     extent = np.ptp(points[known], axis=0)
     shown: list[Floats] = []
@@ -123,7 +123,7 @@ def _number(axes: Axes, history: xr.Dataset, points: Floats) -> None:
 
 
 def _runs(words: NDArray[np.str_]) -> list[tuple[int, int]]:
-    """First index, and the one after the last, of each run of equal words."""
+    """First index, and the one after the last, of each sequence of equal words."""
     ends = np.flatnonzero(words[1:] != words[:-1]) + 1
     bounds = [0, *ends.tolist(), len(words)]
     return [(a, b) for a, b in pairwise(bounds) if b > a]
@@ -164,7 +164,7 @@ def draw_factors(axes: Axes, history: xr.Dataset) -> Axes:
     Returns
     -------
     Axes
-        Increments in which a tip waits for another one are left out.
+        Increments in which a tip does not grow are omitted.
     """
     named = {"K_I": "$K_I$", "K_II": "$K_{II}$"}
     _draw_along_paths(axes, history, named)
@@ -185,8 +185,8 @@ def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
     Returns
     -------
     Axes
-        Angles are taken from the tangent of the tip: both vanish where a crack runs straight on.
-        Increments in which a tip waits for another one are left out.
+        Angles are from the tangent of the tip: both are zero where a crack grows straight ahead.
+        Increments in which a tip does not grow are omitted.
     """
     named = {"kink_angle": "largest hoop stress", "cf_angle": "configurational force"}
     _draw_along_paths(axes, history, named)
@@ -196,7 +196,7 @@ def draw_angles(axes: Axes, history: xr.Dataset) -> Axes:
 
 
 def _draw_along_paths(axes: Axes, history: xr.Dataset, named: dict[str, str]) -> None:
-    """Draw two quantities of each tip against its growth, the second one hollow and dashed."""
+    """Draw two quantities of each tip against its growth, the second with open markers, dashed."""
     axes.axhline(0.0, color=LIGHT_GREY, lw=0.8, zorder=1)
     for i, name in enumerate(history["tip"].values):
         colour, marker = STYLES[i % len(STYLES)]
@@ -209,20 +209,20 @@ def _draw_along_paths(axes: Axes, history: xr.Dataset, named: dict[str, str]) ->
             named.items(), ("-", "--"), (colour, "none"), strict=True
         ):
             values, label = of_tip[key].values[runs], f"{as_label(name)}: {called}"
-            if np.isnan(values).all():  # finite deformation has no K
+            if np.isnan(values).all():  # K is not defined at finite deformation
                 continue
             axes.plot(grown[runs], values, dashes, mfc=inside, label=label, **line)
     axes.set_xlabel("growth of the tip along its path [mm]")
 
 
 def draw_cycles(axes: Axes, history: xr.Dataset) -> Axes:
-    """Draw how far each tip has run against the cycles of load.
+    """Draw the growth of each tip against the load cycles.
 
     Parameters
     ----------
     axes : Axes
     history : xarray.Dataset
-        Of growth by fatigue.
+        Of a run of fatigue crack growth.
 
     Returns
     -------
@@ -231,14 +231,14 @@ def draw_cycles(axes: Axes, history: xr.Dataset) -> Axes:
     for i, name in enumerate(history["tip"].values):
         of_tip = history.sel(tip=[name])
         draw_curve(axes, history["cycles"], new_length(of_tip), str(name), i)
-    axes.set_xlabel("cycles of load [1]")
+    axes.set_xlabel("load cycles [1]")
     axes.set_ylabel("growth of the tip along its path [mm]")
     axes.legend()
     return axes
 
 
 def draw_energy(axes: Axes, history: xr.Dataset) -> Axes:
-    """Draw where the work of the loads went as the cracks grew.
+    """Draw the energy balance against crack growth.
 
     Parameters
     ----------
@@ -253,13 +253,13 @@ def draw_energy(axes: Axes, history: xr.Dataset) -> Axes:
     """
     balance, grown = energy_balance(history), new_length(history)
     for name, label, style, line in (
-        ("external_work", "work of the loads", 6, "-"),
+        ("external_work", "external work", 6, "-"),
         ("strain_energy", "strain energy", 0, "-"),
-        ("fracture_energy", "g_c times new length", 1, "-"),
+        ("fracture_energy", "fracture energy", 1, "-"),
         ("plastic_work", "plastic work", 2, "-"),
-        ("missing", "missing: work less the others", 4, "--"),
+        ("missing", "missing: external work - others", 4, "--"),
     ):
-        # Fatigue spends no g_c, an elastic body no plastic work.
+        # There is no fracture energy under fatigue, and no plastic work in an elastic body.
         if name in balance and balance[name].notnull().any():
             draw_curve(axes, grown, balance[name], label, style, line=line)
     axes.set_xlabel("growth of all cracks together [mm]")

@@ -1,4 +1,4 @@
-"""Pictures of the background grid."""
+"""Figures of the background grid."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cfmpm.plotting.style import BLACK, GREY, VERMILLION, length_axes
 
 @dataclass(frozen=True)
 class Mesh:
-    """What a picture needs of a grid.
+    """The parts of a grid that are drawn.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Mesh:
     faces : (f, 3) int
         Linear triangles.
     element : (f,) int
-        The element that a face is part of.
+        Element of each face.
     """
 
     nodes: Floats
@@ -68,9 +68,9 @@ def draw_grid(axes: Axes, grid: Grid | Mesh, *, colour: str = GREY, width: float
     axes : Axes
     grid : Grid or Mesh
     colour : str
-        Of the edges between elements.
+        Colour of the edges between elements.
     width : float
-        Of these edges [pt].
+        Line width of these edges [pt].
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Pictures of where crack tips have been, and of the force that drove them there."""
+"""Figures of crack paths, and of the configurational force along them."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from cfmpm.plotting.style import BLACK, LIGHT_GREY, REGIONS, as_label, length_ax
 from cfmpm.scene.geometry import BodyShape
 from cfmpm.scene.model import Scene
 
-# Marker of a tip at the end, and what it says.
+# Marker and label of a tip at the end.
 ENDS = {
     "growing": (">", "still growing"),
     "stopped": ("s", "stopped"),
     "arrived": ("X", "arrived"),
     "severed": ("D", "in a severed body"),
 }
-# Length of the longest arrow as a part of the size of the body.
+# Length of the longest arrow, relative to the size of the body.
 LONGEST = 0.06
-# Distance that a tip goes from one arrow to the next, in the same unit.
+# Distance between two arrows of a tip, in the same unit.
 APART = 0.065
 
 
@@ -57,7 +57,7 @@ def draw_paths(
     Returns
     -------
     Axes
-        With a dot at each increment; the marker at the end of a path says what became of its tip.
+        With a dot at each increment; the marker at the end of a path is the status of its tip.
     """
     _draw_body(axes, body)
     history = _own_tips(history)
@@ -80,7 +80,7 @@ def draw_paths(
 
 
 def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> Axes:
-    """Draw the configurational force on the largest domain at each place of each tip.
+    """Draw the configurational force on the largest domain at each position of each tip.
 
     Parameters
     ----------
@@ -92,8 +92,8 @@ def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> A
     Returns
     -------
     Axes
-        All arrows have one scale; the legend states the least and the largest norm at each tip.
-        Where places lie close together some go without an arrow.
+        All arrows have the same scale; the legend has the smallest and the largest norm at each
+        tip. Where positions are close together, some have no arrow.
     """
     _draw_body(axes, body)
     history = _own_tips(history)
@@ -126,13 +126,13 @@ def draw_tip_cf(axes: Axes, history: xr.Dataset, body: Scene | Grid | Mesh) -> A
 
 
 def _own_tips(history: xr.Dataset) -> xr.Dataset:
-    """The history without tips that have no place: a member of a study has those of all others."""
+    """The history without tips of other members of a study, which have no position."""
     return history.dropna("tip", how="all", subset=["tip_x"])
 
 
 def _end(of_tip: xr.Dataset) -> str:
-    """The key of `ENDS` that says what became of a tip."""
-    known = np.flatnonzero(np.isfinite(of_tip["tip_x"].values))  # a study fills shorter runs up
+    """The key of `ENDS` for the status of a tip."""
+    known = np.flatnonzero(np.isfinite(of_tip["tip_x"].values))  # a study pads shorter runs
     status = TIP_STATUS[int(of_tip["tip_status"][known[-1]])]
     return "arrived" if status in ARRIVED else status
 
@@ -145,7 +145,7 @@ def corners_of(body: Scene | Grid | Mesh) -> Floats:
 
 
 def _apart(places: Floats, eligible: NDArray[np.bool_], distance: float) -> list[int]:
-    """Choose eligible places, each at least a distance from the one before."""
+    """Choose eligible positions, each at least a given distance from the one before."""
     chosen: list[int] = []
     for i in np.flatnonzero(eligible).tolist():
         if not chosen or np.hypot(*(places[i] - places[chosen[-1]])) >= distance:

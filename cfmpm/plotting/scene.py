@@ -1,4 +1,4 @@
-"""Pictures of a scene: body, cracks, loads, supports, grid."""
+"""Figures of a scene: body, cracks, loads, supports, grid."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from cfmpm.registry.loads import LOADS
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
 
-# Symbols along a loaded part, and the length of an arrow as a part of the size of the body.
+# Symbols along a loaded part, and the length of an arrow relative to the size of the body.
 SYMBOLS = 9
 ARROW = 0.07
 # Most entries of the legend: more would be higher than the picture.
@@ -43,11 +43,11 @@ def draw_scene(
     ----------
     axes : Axes
     scene : Scene
-        Expanded: every load has its name.
+        Expanded, with names of all loads.
     grid : Grid
     loading : Loading
     radii : sequence of float
-        Of the domain around each tip [mm].
+        Radius of the domain around each tip [mm].
 
     Returns
     -------
@@ -56,7 +56,7 @@ def draw_scene(
     """
     tints = np.array(REGIONS)[grid.regions % len(REGIONS)]
     triangles = grid.nodes[grid.triangles]
-    # The line as wide as a hair hides the seams between neighbours of one colour.
+    # The hairline hides seams between adjacent areas of the same colour.
     axes.add_collection(PolyCollection(list(triangles), facecolors=tints, edgecolors=tints, lw=0.2))
     draw_grid(axes, grid, colour=LIGHT_GREY, width=0.3)
     draw_cracks(axes, grid)
@@ -101,12 +101,12 @@ def _legend(axes: Axes) -> None:
 
 
 def _title(scene: Scene, grid: Grid, loading: Loading) -> str:
-    held = f"\n{loading.held} rigid motions held by the program" if loading.held else ""
+    held = f"\n{loading.held} rigid motions held at nodes" if loading.held else ""
     return f"{scene.name}: {len(grid.elements)} triangles {scene.mesh.element}{held}"
 
 
 def _draw_load(axes: Axes, load: Load, grid: Grid, boundary: Boundary | None) -> None:
-    """Draw one load or support where it acts."""
+    """Draw one load or support at its place."""
     size = ARROW * np.ptp(grid.nodes, axis=0).max()
     kind, what = LOADS[load.kind], load.kind.replace("_", " ")
     if not kind.places:
@@ -137,7 +137,7 @@ def _draw_load(axes: Axes, load: Load, grid: Grid, boundary: Boundary | None) ->
     if motion.any():
         _arrows(axes, x, motion, size, ORANGE, label, np.zeros(2))
         return
-    # A wedge stands against the direction it holds; a square holds both.
+    # A wedge is for one held direction, a square for both.
     held = [axis for axis, value in given.items() if value is not None]
     sideways = ">" if outward[:, 0].mean() <= 0.0 else "<"
     upright = "^" if outward[:, 1].mean() <= 0.0 else "v"
@@ -154,9 +154,9 @@ def _arrows(
     label: str,
     outward: Floats,
 ) -> None:
-    """Draw arrows at points: what pulls starts there, what pushes ends there.
+    """Draw arrows at points, where tension starts and pressure ends.
 
-    What runs along the boundary stands off it, half as long, so that the arrows do not make a line.
+    Arrows along the boundary are drawn beside it and half as long, so that they do not form a line.
     """
     direction = vector / (np.hypot(*vector) or 1.0)
     pull = np.broadcast_to(outward @ direction, len(x))[:, None]
@@ -183,13 +183,13 @@ def _vector(value: tuple[float, float]) -> str:
 
 
 def _outward_normals(grid: Grid, nodes: Ints) -> Floats:
-    """Unit vectors out of the body at nodes of a loaded part, (k, 2)."""
+    """Outward unit vectors at nodes of a loaded part, (k, 2)."""
     edges = np.concatenate(list(grid.edges.values()))
     within = np.isin(edges, nodes).all(axis=1)
-    if within.any():  # else a single node, which takes the edges next to it
+    if within.any():  # else a single node, for which the adjacent edges are taken
         edges = edges[within]
     along = grid.nodes[edges[:, 1]] - grid.nodes[edges[:, 0]]
-    # The body lies on the left of its edges.
+    # The body is on the left of its edges.
     normals = np.zeros_like(grid.nodes)
     for column in edges.T:
         np.add.at(normals, column, np.column_stack([along[:, 1], -along[:, 0]]))
@@ -198,7 +198,7 @@ def _outward_normals(grid: Grid, nodes: Ints) -> Floats:
 
 
 def _spread_out(x: Floats, most: int) -> Ints:
-    """Choose points far from each other; on a straight line they come out evenly spaced."""
+    """Choose points far from each other; on a straight line they are evenly spaced."""
     chosen = [int(np.argmin(x.sum(axis=1)))]
     distance = np.hypot(*(x - x[chosen[0]]).T)
     while len(chosen) < most and distance.max() > 0.0:

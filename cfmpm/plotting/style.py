@@ -1,4 +1,4 @@
-"""How the pictures look: colours, sizes, figures and their safe writing."""
+"""Style of the figures: colours, sizes, and atomic writing of files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from cfmpm.body.grid import Floats
 from cfmpm.output.files import written_aside_by_name
 
-# Okabe and Ito (2008): told apart by every kind of colour vision.
+# Okabe and Ito (2008): distinguishable with any kind of colour vision.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
@@ -35,7 +35,7 @@ REGIONS = ("#F2F2F2", "#CFE6F5", "#FBE3B5", "#CDEBDD", "#F3D9E6")
 STRESS_MAP = "viridis"
 
 RESOLUTION = 200  # dots per inch
-# Width of what stands beside the axes [inch].
+# Width of a legend beside the axes [inch].
 LEGEND, COLOUR_BAR = 2.6, 0.9
 RC: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -45,7 +45,7 @@ RC: dict[Any, Any] = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 9,
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture on every machine
+    "font.family": "DejaVu Sans",  # included in matplotlib: the same on every machine
     "font.size": 8,
     "legend.fontsize": 8,
     "legend.frameon": False,
@@ -58,7 +58,7 @@ RC: dict[Any, Any] = {
 
 @contextmanager
 def picture(path: Path, size: tuple[float, float], shows: str = "") -> Iterator[Axes]:
-    """Open a figure of one axes and write it when the ``with`` block ends well.
+    """Open a figure with one axes, and write it if the ``with`` block ends without an error.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def picture(path: Path, size: tuple[float, float], shows: str = "") -> Iterator[
     size : (float, float)
         Width and height [inch].
     shows : str
-        What the description in the file itself says.
+        Description in the file.
     """
     with panels(path, size, 1, 1, shows) as axes:
         yield axes[0, 0]
@@ -77,7 +77,7 @@ def picture(path: Path, size: tuple[float, float], shows: str = "") -> Iterator[
 def panels(
     path: Path, size: tuple[float, float], rows: int, columns: int, shows: str = ""
 ) -> Iterator[Any]:
-    """Open a figure of several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
+    """Open a figure with several axes, (rows, columns), lettered (a), (b) ...; see `picture`."""
     with matplotlib.rc_context(RC):
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False)
@@ -89,14 +89,14 @@ def panels(
 
 
 def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
-    """Size of a figure that holds a body without empty margins.
+    """Size of a figure of a body without empty margins.
 
     Parameters
     ----------
     nodes : (n, 2) float
         [mm].
     beside : float
-        Width left for what stands beside the axes [inch].
+        Width beside the axes, for example for a legend [inch].
 
     Returns
     -------
@@ -109,7 +109,7 @@ def size_around(nodes: Floats, beside: float = 0.0) -> tuple[float, float]:
 
 
 def write_figure(figure: Figure, path: Path, shows: str = "") -> None:
-    """Write a figure aside and rename it, so that no half file is ever seen."""
+    """Write a figure to a temporary file and rename it, so that `path` is never incomplete."""
     metadata = {"Description": shows} if shows else None
     with written_aside_by_name(Path(path)) as aside, warnings.catch_warnings():
         # A name may have letters that the font has not: they become boxes.
@@ -131,7 +131,7 @@ def in_file_name(name: object) -> str:
 
 
 def length_axes(axes: Axes) -> None:
-    """Make the axes those of a body: equal lengths in mm along x and y."""
+    """Set up axes for a body: equal scales in mm along x and y."""
     axes.set_aspect("equal")
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")

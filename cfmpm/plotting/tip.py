@@ -1,4 +1,4 @@
-"""Pictures of what lies around a crack tip: points, forces, and what the domains give."""
+"""Figures of a crack tip: material points, configurational forces, results of the domains."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cfmpm.plotting.curves import draw_curve
 from cfmpm.plotting.mesh import Mesh, draw_grid
 from cfmpm.plotting.style import BLUE, GREEN, GREY, VERMILLION
 
-# Length of the longest arrow as a part of the domain radius.
+# Length of the longest arrow, relative to the domain radius.
 LONGEST = 0.6
 # How many times the differences of G and J |CF| may be from J to be drawn on their scale.
 APART = 5.0
@@ -36,23 +36,23 @@ def draw_tip_forces(
     tip : CrackTip or int
         A tip of the grid, or its node.
     radius : float
-        Of the domain [mm].
+        Radius of the domain [mm].
 
     Returns
     -------
     Axes
-        With the arrows of all nodes in the domain, and their sum as an arrow from the tip. All
-        arrows have one scale.
+        With the forces of all nodes in the domain, and their sum as an arrow from the tip, all on
+        the same scale.
     """
     node = tip if isinstance(tip, int) else tip.node
     x = grid.nodes[node]
     near = np.flatnonzero(np.hypot(*(grid.nodes - x).T) <= radius)
     total = nodal_cf[near].sum(axis=0)
-    # In units of force over length, so that arrows have data lengths.
+    # Scale in force per length, so that arrows have lengths in data units.
     scale = max(np.hypot(*nodal_cf[near].T).max(), np.hypot(*total)) / (LONGEST * radius) or 1.0
 
     draw_grid(axes, grid)
-    # Forces of nodes off the tip are small: without a least length their arrows would become dots.
+    # Forces at other nodes than the tip are small: without a minimum length they would be dots.
     style: dict[str, Any] = {
         "angles": "xy",
         "scale_units": "xy",
@@ -84,7 +84,7 @@ def draw_tip_points(
     points : MaterialPoints
     tip : CrackTip
     radii : sequence of float
-        Of the domains [mm].
+        Radii of the domains [mm].
 
     Returns
     -------

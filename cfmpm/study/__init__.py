@@ -1,1 +1,1 @@
-"""Parameter studies: one scene solved for many values of its keys, gathered into one dataset."""
+"""Parameter studies: one scene solved for many values of its keys, with results in one dataset."""

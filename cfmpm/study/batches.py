@@ -1,4 +1,4 @@
-"""A study in batches, each a job of its own with a file of its own, for a workflow to run."""
+"""A study in batches for a workflow, with one job and one file for each."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 
 def batches(plan: Plan) -> list[range]:
-    """Members of each batch, by their numbers.
+    """Return the numbers of the members of each batch.
 
     Parameters
     ----------
@@ -31,18 +31,18 @@ def batches(plan: Plan) -> list[range]:
 
 
 def batch(plan: Plan, number: int) -> range:
-    """Members of one batch, by their numbers.
+    """Return the numbers of the members of one batch.
 
     Parameters
     ----------
     plan : Plan
     number : int
-        Of the batch, from 0.
+        Number of the batch, from 0.
 
     Raises
     ------
     IndexError
-        Where there is no such batch.
+        If there is no such batch.
     """
     size, count = plan.study.batch, expansion.count(plan.axes)
     first = range(0, count, size)[number]
@@ -52,26 +52,26 @@ def batch(plan: Plan, number: int) -> range:
 def write_batch(
     study_file: str | Path, members: range, workers: int, path: str | Path, *, last: bool
 ) -> None:
-    """Solve the members of one batch that are not known, and write all of them.
+    """Solve the unknown members of one batch, and write all its members.
 
     Parameters
     ----------
     study_file : Path
     members : range
-        By their numbers.
+        Numbers of the members.
     workers : int
-        Processes.
+        Number of processes.
     path : Path
-        An .npz file. Other members in the same folder are known; those that were in the file before
-        stay in it, so that a study that goes back to earlier values finds them.
+        An .npz file. Members in other files of the same folder are known. Members that were in the
+        file before are kept, for a study that returns to earlier values.
     last : bool
-        Whether members that failed for a reason that lies in the machine are written too, marked so
-        and to be solved by a later call, rather than tried once more.
+        Whether this is the last attempt: members that failed because of the machine are then
+        written too, marked for a later call.
 
     Raises
     ------
     SolveError
-        Where there are such members and it is not the last attempt; the others are kept.
+        If there are such members and this is not the last attempt; the others are kept.
     """
     path = Path(path)
     plan = load_study(study_file, members)
@@ -95,7 +95,7 @@ def write_batch(
 
 
 def write_study(study_file: str | Path, parts: Iterable[str | Path], path: str | Path) -> None:
-    """Gather all batches of a study into its dataset.
+    """Collect all batches of a study in its dataset.
 
     Parameters
     ----------
@@ -108,9 +108,9 @@ def write_study(study_file: str | Path, parts: Iterable[str | Path], path: str |
     Raises
     ------
     SceneError
-        Where `cfmpm study` is running in the same folder.
+        If `cfmpm study` is running in the same folder.
     SolveError
-        Where a batch has been solved by another version of cfmpm or of what it uses.
+        If a batch was solved by another version of cfmpm or of its dependencies.
     """
     path = Path(path)
     plan = load_study(study_file)

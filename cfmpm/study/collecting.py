@@ -1,4 +1,4 @@
-"""All members of a study as one labelled dataset."""
+"""The members of a study as one labelled dataset."""
 
 from __future__ import annotations
 
@@ -20,34 +20,33 @@ from cfmpm.study.member import Outcome
 from cfmpm.study.reading import Member, Plan, program_hash
 
 Values = NDArray[Any]
-# Steps at which a tip or the body has not been evaluated: those of the last position only.
+# At steps with the last position only, tips and body were not evaluated.
 NO_STATUS = -1
-# Variables whose values are indices into words.
+# Variables whose values are indices of words.
 STATUS_WORDS = {"tip_status": TIP_STATUS, "run_status": RUN_STATUS}
 
 
 def collect(plan: Plan, outcomes: Mapping[str, Outcome]) -> xr.Dataset:
-    """Gather outcomes into a dataset with a dimension for each parameter.
+    """Collect outcomes in a dataset with a dimension for each parameter.
 
     Parameters
     ----------
     plan : Plan
     outcomes : mapping of str to Outcome
-        By the keys of the members; one that is not there has status ``not_run``.
+        By the keys of the members; missing ones have status ``not_run``.
 
     Returns
     -------
     xarray.Dataset
-        The quantities of a history, and what is measured besides, over the parameters, tips, radii
-        and boundaries, and where
-        cracks grow or any member has several steps over these, filled up with nan; then with
-        the last value of each as ``final_<name>`` besides. Failed members have nan, or the steps
-        before they failed.
+        The quantities of a history, and further measured ones, over the parameters, tips, radii and
+        boundaries. With growth, or if any member has several steps, also over the steps, padded
+        with nan; then ``final_<name>`` is the last value of each. Failed members have nan, or the
+        steps before they failed.
 
     Raises
     ------
     SceneError
-        Where a measure gives a quantity the name of a parameter.
+        If a measure gives a quantity the name of a parameter.
     """
     found = [outcomes.get(member.key) for member in plan.members]
     growing = any(member.scene.growth is not None for member in plan.members)
@@ -112,7 +111,7 @@ def _stacked(found: Sequence[Outcome | None], labels: Mapping[str, list[str]]) -
         steps = np.arange(1, sizes["step"] + 1)
         coords["step"] = ("step", steps, {"long_name": "load or growth step"})
     for dim in sorted(sizes.keys() - {*layout.DIMENSIONS}):
-        # Of a measure: where it labels a dimension in the same way in all members.
+        # A dimension of a measure, if its labels are the same in all members.
         named = [one.labels[dim] for _, one in solved if dim in one.labels]
         if named and all(one == named[0] for one in named):
             coords[dim] = (dim, np.array(named[0]), {})
@@ -137,7 +136,7 @@ def _with_missing(name: str, attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _of_members(plan: Plan, found: Sequence[Outcome | None]) -> dict[str, Any]:
-    """What became of each member."""
+    """Status, reason and times of each member."""
     texts = {
         name: ["" if one is None else one.texts.get(name, "") for one in found]
         for name in ("ending", "warnings", "solver")
@@ -176,12 +175,12 @@ def _fracture_load_factor(member: Member, outcome: Outcome) -> float:
 
 
 def _from_steps(data: xr.Dataset) -> dict[str, xr.DataArray]:
-    """What the steps come to: last known values, lengths, counts."""
+    """Results of the steps: last known values, lengths, counts."""
     found = {}
     for name in layout.LAST:
         one = data[name]
         known = one != NO_STATUS if name == "tip_status" else one.notnull()
-        # Counted from the end: the first known value is the last one.
+        # In reverse order: the first known value is the last one.
         last = data.sizes["step"] - 1 - known.isel(step=slice(None, None, -1)).argmax("step")
         attributes = dict(one.attrs)
         attributes["long_name"] = f"{attributes['long_name']}; last known value"
@@ -199,7 +198,7 @@ def _from_steps(data: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def _unfolded(plan: Plan, data: xr.Dataset) -> xr.Dataset:
-    """The dimension ``member`` as one for each axis of the study."""
+    """The dimension ``member`` replaced by one dimension for each axis of the study."""
     names, sizes = [axis.name for axis in plan.axes], [len(axis) for axis in plan.axes]
     variables = {}
     for name, one in data.data_vars.items():
@@ -227,7 +226,7 @@ def _attributes(plan: Plan) -> dict[str, Any]:
     study = plan.study
     files = [one.scene.mesh_file for one in plan.members]
     hashes = {file.path: file.sha256 for file in files if file is not None}
-    # What it takes to read the scene of a member from elsewhere, and to see that it is the same.
+    # Needed to read the scene of a member in another folder, and to check that it is the same.
     meshes = {"base_folder": plan.folder, "mesh_files": json.dumps(hashes)} if hashes else {}
     return {
         **origin(study.name, study.description or f"Parameter study {study.name}", "study"),
@@ -239,5 +238,5 @@ def _attributes(plan: Plan) -> dict[str, Any]:
     }
 
 
-# The names of the history that the summary relies on.
+# Variables of the history that the summary needs.
 assert set(layout.LAST) <= set(VARIABLES)

@@ -1,4 +1,4 @@
-"""From the parameters of a study to the values of its members."""
+"""Expansion of the parameters of a study to the values of its members."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Axis:
     Attributes
     ----------
     name : str
-        Of the parameter, or ``sample``.
+        Name of the parameter, or ``sample``.
     values : mapping of str to list
-        Of each parameter along it, all of one length.
+        Values of each parameter along it, all of the same length.
     labels : mapping of str to list
-        What each of the values is called: itself, or its name.
+        Labels of the values: the value itself, or its name.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Axis:
 
     @classmethod
     def of(cls, name: str, parameters: Mapping[str, Parameter]) -> Self:
-        """The axis along which parameters go side by side."""
+        """The axis along which parameters change together."""
         return cls(
             name,
             {key: values(one) for key, one in parameters.items()},
@@ -51,7 +51,7 @@ class Axis:
 
 
 def axes(study: Study) -> tuple[Axis, ...]:
-    """The dimensions of a study that breaks no rule, in the order of its file."""
+    """The dimensions of a valid study, in the order of its file."""
     found = [Axis.of(name, {name: one}) for name, one in study.product.items()]
     if study.zip:
         found.append(Axis.of(SAMPLE, study.zip))
@@ -62,19 +62,19 @@ def axes(study: Study) -> tuple[Axis, ...]:
 
 
 def count(axes: tuple[Axis, ...]) -> int:
-    """How many members there are."""
+    """Number of members."""
     return math.prod(len(axis) for axis in axes)
 
 
 def places(axes: tuple[Axis, ...], only: range | None = None) -> Iterator[tuple[int, ...]]:
-    """Place of each member along the axes, or of some by their numbers; the last runs fastest."""
+    """Indices of members along the axes, of all or by number; the last axis varies fastest."""
     sizes = [len(axis) for axis in axes]
     for number in range(count(axes)) if only is None else only:
         yield tuple(int(i) for i in np.unravel_index(number, sizes))
 
 
 def size(parameter: Parameter) -> int:
-    """How many values a parameter takes."""
+    """Number of values of a parameter."""
     listed = parameter.values if parameter.variants is None else parameter.variants
     if listed is not None:
         return len(listed)
@@ -84,7 +84,7 @@ def size(parameter: Parameter) -> int:
 
 
 def values(parameter: Parameter) -> list[Any]:
-    """The values that a parameter takes: plain data; of variants, what each replaces."""
+    """The values of a parameter as plain data; for variants the values that each replaces."""
     if parameter.variants is not None:
         return list(parameter.variants.values())
     if isinstance(parameter.values, Mapping):
@@ -98,7 +98,7 @@ def values(parameter: Parameter) -> list[Any]:
 
 
 def labels(parameter: Parameter) -> list[Any]:
-    """What the values of a parameter are called: numbers and text by themselves, else as JSON."""
+    """Labels of the values of a parameter: numbers and text themselves, other values as JSON."""
     if parameter.variants is not None:
         return list(parameter.variants)
     if isinstance(parameter.values, Mapping):
@@ -110,14 +110,14 @@ def labels(parameter: Parameter) -> list[Any]:
 
 
 def labelled(parameter: Parameter | Uncertain, label: Any) -> Any:
-    """The value that a parameter has at a label: a number is its own."""
+    """The value of a parameter for a label; a number is its own label."""
     if isinstance(parameter, Uncertain) or not isinstance(label, str):
         return label
     return values(parameter)[labels(parameter).index(label)]
 
 
 def draws(cube: LatinHypercube) -> dict[str, list[float]]:
-    """Draw the uncertain parameters: in each of them one draw from each of equal probabilities.
+    """Sample the uncertain parameters, with one draw from each of intervals of equal probability.
 
     McKay, Beckman and Conover, Technometrics 21 (1979) 239, by `scipy.stats.qmc`.
     """
@@ -132,13 +132,13 @@ def draws(cube: LatinHypercube) -> dict[str, list[float]]:
 
 
 def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
-    """Every rule that a valid study model breaks.
+    """Violations of rules by a study that agrees with its model.
 
     Parameters
     ----------
     study : Study
     reserved : set of str
-        Names that the dataset has for other things.
+        Names with another meaning in the dataset.
     """
     members = math.prod(size(one) for one in study.product.values())
     lengths = {name: size(one) for name, one in study.zip.items()}
@@ -164,7 +164,7 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
                 if key[: len(other)] == other or other[: len(key)] == key:
                     yield at, f"{text} is what {owner} sets, or a part of it"
             for replaced in study.replace:
-                # A variant may take the place of what all others have.
+                # A variant may replace a value of `replace`.
                 if not variants and parse_key(replaced)[: len(key)] == key:
                     yield at, f"sets {text}, and {replaced} of replace is lost"
         keys |= dict.fromkeys(own, name)
@@ -183,7 +183,7 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
 
 
 def _broken_values(parameter: Parameter) -> Iterator[str]:
-    """Numbers in quotes, which would make text of the numbers beside them."""
+    """Numbers in quotes, which would convert the other numbers to text."""
     for value in values(parameter) if parameter.values is not None else ():
         if isinstance(value, str) and _is_number(value):
             yield f"{value!r} is text: write the number without quotes"
@@ -198,7 +198,7 @@ def _is_number(text: str) -> bool:
 
 
 def _hashable(value: Any) -> Any:
-    """What is equal for equal values, and for no others."""
+    """A key that is equal for equal values only."""
     return json.dumps(value, sort_keys=True) if isinstance(value, list | Mapping) else value
 
 

@@ -12,7 +12,7 @@ from cfmpm.scene import Scene
 
 Values = NDArray[Any]
 
-# Largest angle of the configurational force at which a crack goes on straight ahead [deg].
+# Largest angle of the configurational force to the crack that counts as straight ahead [deg].
 STRAIGHT = 2.0
 
 
@@ -29,16 +29,16 @@ def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
     Returns
     -------
     float
-        Nan where there are no tips, no single g_c, or at finite deformation no load so large or a
-        driving force that is not known.
+        nan without tips or a single g_c, or if at finite deformation g_c is not reached or the
+        driving force is not known.
 
     Notes
     -----
-    What is linear states it itself (`critical_load_factor`). At finite deformation the square root
-    of the driving force, which goes with the load as long as that is small, is interpolated between
-    load steps. The driving force is ``G_kink`` where strain at the tip is small; else it is J, if
-    the crack would go on straight ahead, as far as the direction of the configurational force
-    tells: J of a crack that would kink is less than the energy release rate of the kink.
+    For linear scenes it is `critical_load_factor`. At finite deformation the square root of the
+    driving force, which is proportional to small loads, is interpolated between load steps. The
+    driving force is ``G_kink`` where strain at the tip is small. Else it is J, provided that the
+    configurational force points straight ahead: J of a crack that would kink is below the energy
+    release rate of the kink.
     """
     critical = values["critical_load_factor"]
     if not critical.size:
@@ -65,11 +65,11 @@ def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
             return np.nan
         part = (1.0 - reached[i - 1]) / (reached[i] - reached[i - 1])
         return float(load[i - 1] + part * (load[i] - load[i - 1]))
-    # Of a crack that has run, by a criterion of its own.
+    # After growth other criteria apply.
     return float(load[-1]) if len(moves) else np.nan
 
 
 def moved(x: Values, y: Values) -> NDArray[np.bool_]:
-    """Whether any tip is somewhere else than a step before, (steps - 1,)."""
+    """Whether any tip has moved since the step before, (steps - 1,)."""
     found: NDArray[np.bool_] = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0)) > 0.0
     return np.any(found, axis=1)

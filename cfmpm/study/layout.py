@@ -1,4 +1,4 @@
-"""What the dataset of a study holds, by name."""
+"""Variables and dimensions of the dataset of a study."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from cfmpm.scene.base import Model
 from cfmpm.scene.document import parse_key
 from cfmpm.study.expansion import SAMPLE
 
-# `unstable`: solved up to a step from which no stable state goes on.
+# `unstable`: solved up to a step that no stable state follows.
 STATUS = ("done", "failed", "not_run", "unstable")
-# Dimensions that members bring along.
+# Dimensions of the members' histories.
 DIMENSIONS = ("step", "tip", "radius", "boundary")
-# Of every member, whatever its scene: units, long name. Text where no units are given.
+# Variables of every member: units, long name. Those without units are text.
 OF_MEMBERS: dict[str, tuple[str, str]] = {
-    "status": ("1", "what became of the member"),
+    "status": ("1", "status of the member"),
     "reason": ("", "why the member is not done"),
     "ending": ("", "why the run of the member ended"),
-    "warnings": ("", "what is doubtful about the member, JSON text"),
+    "warnings": ("", "warnings of the member, JSON text"),
     "solver": ("", "linear solver of the member"),
     "member_key": ("", "hash of the member's effective configuration and of the program"),
     "run_time": ("s", "wall time of the member"),
@@ -30,13 +30,13 @@ OF_MEMBERS: dict[str, tuple[str, str]] = {
         "load steps",
     ),
 }
-# Of members with several steps, from these.
+# Variables of members with several steps.
 FROM_STEPS: dict[str, tuple[str, str]] = {
     "increments": ("1", "number of steps in which a tip has moved"),
     "peak_load_factor": ("1", "largest load factor of all steps"),
-    "path_length": ("mm", "length of the path that the tip has run"),
+    "path_length": ("mm", "length of the path of the tip"),
 }
-# Variables of the history of which the last known value is given besides all steps.
+# Variables of the history whose last known value is given in addition to all steps.
 LAST = (
     *("tip_x", "tip_y", "crack_length", "tip_status"),
     *("cf_norm", "cf_angle", "J", "G", "K_I", "K_II", "T_stress"),
@@ -51,14 +51,14 @@ RESERVED = {
 
 
 def described(scene: Scene, key: str | None) -> dict[str, str]:
-    """What the model of a scene says about a key: `key`, and `long_name` and `units` if it does.
+    """Attributes of a key from the model of a scene: `key`, and `long_name` and `units` if given.
 
     Parameters
     ----------
     scene : Scene
-        In which the key is given.
+        A scene with the key.
     key : str or None
-        Dotted; None for variants, which have keys of their own.
+        Dotted; None for variants, which replace several keys.
     """
     if key is None:
         return {"long_name": "variant of the scene"}

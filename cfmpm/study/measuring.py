@@ -1,4 +1,4 @@
-"""Further quantities of a member, by a function that a study names."""
+"""Further quantities of a member, by a function given in the study."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Quantity = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dimensions, v
 
 @dataclass(frozen=True)
 class Measure:
-    """A function from the result of a member to a dataset, as a study names it.
+    """A function from the result of a member to a dataset, as given in a study.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Measure:
         A module that can be imported, or the absolute path of a Python file.
     function : str
     source : str
-        The text in which it stands: another one may give other numbers.
+        Source text of its module, since a change of it may change the results.
     """
 
     module: str
@@ -42,7 +42,7 @@ class Measure:
     source: str
 
     def __call__(self, result: Result) -> xr.Dataset:
-        """Call the function, in whichever process this is."""
+        """Call the function, in the process of the member."""
         if self.module.endswith(".py"):
             spec = spec_from_file_location(Path(self.module).stem, self.module)
             assert spec is not None
@@ -56,19 +56,19 @@ class Measure:
 
 
 def find_measure(place: str, folder: Path) -> Measure:
-    """Find the function that a study names, without running anything of it.
+    """Find the function given in a study, without executing its module.
 
     Parameters
     ----------
     place : str
         ``file.py:function`` or ``package.module:function``.
     folder : Path
-        Where the path of a file starts.
+        Folder of a relative path.
 
     Raises
     ------
     SceneError
-        Where there is no such file, module or function.
+        If there is no such file, module or function.
     """
     where, _, function = place.rpartition(":")
     path = folder / where
@@ -93,14 +93,14 @@ def find_measure(place: str, folder: Path) -> Measure:
 def measured(
     measure: Measure, result: Result
 ) -> tuple[Mapping[str, Quantity], Mapping[str, list[Any]]]:
-    """Quantities of a member by its measure, and the labels of dimensions of their own.
+    """Quantities of a member by its measure, and the labels of their additional dimensions.
 
-    Numbers become floating point, for those of other members to be filled up with nan.
+    Numbers are converted to floating point, so that missing ones can be nan.
 
     Raises
     ------
     ValueError
-        Where a quantity has the name of another one, or is no number.
+        If a quantity has the name of another one, or is not a number.
     """
     dataset = measure(result)
     quantities = {}

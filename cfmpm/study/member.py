@@ -1,4 +1,4 @@
-"""What one member of a study leaves, and how it is found."""
+"""The solve of one member of a study, and its outcome."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ TEXTS = ("ending", "warnings", "solver")
 
 @dataclass(frozen=True)
 class Job:
-    """What is done for one member.
+    """The task for one member.
 
     Attributes
     ----------
     key : str
-        Of the member.
+        Key of the member.
     scene : Scene
     repeats : int
-        Runs, of which the fastest counts for the times.
+        Number of runs; times are those of the fastest.
     measure : Measure or None
-        Of further quantities, from the last run.
+        Function for further quantities, from the last run.
     """
 
     key: str
@@ -46,28 +46,27 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one member leaves.
+    """The outcome of one member.
 
     Attributes
     ----------
     key : str
-        Of the member.
+        Key of the member.
     status : str
         One of `layout.STATUS`.
     reason : str
         Why it is not done; else empty.
     seconds, cpu_seconds : float
-        Wall time and time of the processor [s].
+        Wall time and processor time [s].
     lasting : bool
-        False where the machine or the program failed and not the scene: another time it may go
-        well.
+        False if the failure is due to the machine or the program and not to the scene, so that
+        another attempt may succeed.
     texts : mapping of str to str
         By the names of `TEXTS`.
     labels : mapping of str to list
-        Names of tips and boundaries, nominal radii [mm], and what a measure labels.
+        Names of tips and boundaries, nominal radii [mm], and labels of a measure.
     quantities : mapping of str to (dimensions, array, attributes)
-        Of the history, and what is measured besides; of a failed member the history of the steps
-        before its end.
+        Those of the history and of a measure; for a failed member the history before its failure.
     """
 
     key: str
@@ -82,7 +81,7 @@ class Outcome:
 
 
 def solve(job: Job) -> Outcome:
-    """Solve one member; whatever goes wrong becomes the reason of its failure.
+    """Solve one member; any error becomes the reason of its failure.
 
     Parameters
     ----------
@@ -103,8 +102,8 @@ def solve(job: Job) -> Outcome:
     except (SceneError, MeshError, SolveError) as error:
         reason = str(error)
     except MemoryError:
-        reason, lasting = "not enough memory; take a larger mesh.size, or solver: amg", False
-    except Exception as error:  # no member that shows up a fault is the end of a study
+        reason, lasting = "not enough memory; use a larger mesh.size, or solver: amg", False
+    except Exception as error:  # an error of one member must not end the study
         reason, lasting = f"{type(error).__name__}: {error}", False
     else:
         if history.attrs["run_status"] in LOST:
@@ -145,7 +144,7 @@ class _Clock:
         self._runs.append((time.perf_counter() - wall, time.process_time() - cpu))
 
     def least(self) -> tuple[float, float]:
-        """Of each the least of all runs that came to their ends; else of the one that did not."""
+        """The smallest times of all completed runs; without one those of the failed run."""
         if not self._runs:
             self.stop()
         wall, cpu = zip(*self._runs, strict=True)
@@ -153,7 +152,7 @@ class _Clock:
 
 
 def _run(job: Job, clock: _Clock, records: list[Record]) -> Result:
-    """Run the scene as often as asked; the last result, and in `records` the steps so far."""
+    """Run the scene `repeats` times; return the last result, with the steps so far in `records`."""
     from cfmpm import simulation
 
     def observe(state: State, record: Record) -> None:
@@ -167,7 +166,7 @@ def _run(job: Job, clock: _Clock, records: list[Record]) -> Result:
 
 
 def _quantities(history: xr.Dataset) -> dict[str, Quantity]:
-    """All of a history that is no text and no time."""
+    """The variables of a history other than text and times."""
     names = [name for name in history.variables if name not in history.dims]
     return {
         str(name): (

@@ -1,4 +1,4 @@
-"""From a study file to its members, each a checked scene."""
+"""Reading of a study file, and its members as checked scenes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from cfmpm.study.member import Job
 from cfmpm.study.model import Study
 from cfmpm.versions import DECIDING, versions
 
-# How many different problems of members are told. Those that differ in their numbers are one.
+# Largest number of reported problems of members; those that differ only in numbers count as one.
 MOST_TOLD = 10
 NUMBER = re.compile(r"-?\d[\d.]*(e[+-]?\d+)?")
 
@@ -40,13 +40,12 @@ class Member:
     Attributes
     ----------
     index : tuple of int
-        Its place along each axis.
+        Its index along each axis.
     values : mapping of str to value
-        Of each parameter, or its name where it has one.
+        Value of each parameter, or the name of the value.
     scene : Scene
     key : str
-        By which its result is known: equal for equal scenes solved and measured by the same
-        program.
+        Key of its outcome: equal for equal scenes solved and measured by the same program.
     repeats, measure
         As in `Job`.
     """
@@ -59,25 +58,25 @@ class Member:
     measure: Measure | None = None
 
     def job(self) -> Job:
-        """What is done for it."""
+        """Its task."""
         return Job(self.key, self.scene, self.repeats, self.measure)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A study with its members, all of them checked.
+    """A study with its checked members.
 
     Attributes
     ----------
     study : Study
-        As the user wrote it.
+        As given by the user.
     base : mapping
-        The scene file it starts from, as plain data.
+        The scene file of the study, as plain data.
     folder : str
-        Where relative paths in it start; absolute.
+        Absolute folder of relative paths in it.
     axes : tuple of Axis
     members : tuple of Member
-        The last axis runs fastest; all of them, or those asked for.
+        All members or the requested ones; the last axis varies fastest.
     """
 
     study: Study
@@ -95,12 +94,12 @@ def load_study(path: str | os.PathLike[str], only: range | None = None) -> Plan:
     path
         A YAML file.
     only
-        Which members are wanted and checked, by their numbers from 0; default: all.
+        Numbers of the requested members, from 0; only these are checked. Default: all.
 
     Raises
     ------
     SceneError
-        With the problems found: in the study, else in its members, by file, line, member and key.
+        With the problems of the study, else of its members, by file, line, member and key.
     """
     path = Path(path)
     return _plan(read_document(path), path.parent, only)
@@ -112,9 +111,9 @@ def study_from_dict(data: Mapping[str, Any], folder: str | os.PathLike[str] = ".
     Parameters
     ----------
     data
-        What a study file would hold.
+        Content of a study file.
     folder
-        Where relative paths in it start; default: the working directory.
+        Folder of relative paths; default: the working directory.
 
     Raises
     ------
@@ -140,7 +139,7 @@ def _plan(document: Document, folder: Path, only: range | None) -> Plan:
 
 
 def _measured(member: Member, repeats: int, measure: Measure | None) -> Member:
-    """The member of a study that measures it, known by a key of its own."""
+    """The member with the measure of its study, and its own key."""
     if repeats == 1 and measure is None:
         return member
     told = "" if measure is None else f"{measure.function} {measure.source}"
@@ -169,7 +168,7 @@ def _study(document: Document) -> Study:
 
 
 def _base(document: Document, study: Study, folder: Path) -> tuple[Document, Path]:
-    """The scene that a study starts from, and where its relative paths start."""
+    """The base scene of a study, and the folder of its relative paths."""
     if not isinstance(study.base, str):
         inside = {key[1:]: place for key, place in document.places.items() if key[0] == "base"}
         return Document(study.base, document.place("base"), inside), folder
@@ -226,7 +225,7 @@ def _members(
 
 
 def _written(study: Study, document: Document) -> tuple[dict[str, Place], dict[Key, Place]]:
-    """Where the study file says what a key becomes: of all, and of the parameters alone."""
+    """Places in the study file that set a key: all of them, and those of parameters only."""
     written = {key: document.place("replace", key) for key in study.replace}
     varied: dict[Key, Place] = {}
     for section, name, parameter in study.parameters():
@@ -237,7 +236,7 @@ def _written(study: Study, document: Document) -> tuple[dict[str, Place], dict[K
 
 
 def label(axes: tuple[Axis, ...], index: tuple[int, ...]) -> str:
-    """What a member is called: its parameters, and which sample it is."""
+    """Label of a member: its parameters, and the number of its sample."""
     texts = []
     for axis, i in zip(axes, index, strict=True):
         inner = ", ".join(f"{name}={_short(labels[i])}" for name, labels in axis.labels.items())
@@ -254,9 +253,9 @@ def _short(value: Any) -> str:
 def _placed(
     problem: Problem, called: str, document: Document, varied: Mapping[Key, Place]
 ) -> Problem:
-    """A problem of members, told by the study file, at the parameter that sets a part of its key.
+    """A problem of members, placed in the study file at the parameter that sets a part of its key.
 
-    One of the base keeps its place there, too.
+    A problem of the base also keeps its place there.
     """
     file = document.root.file
     key = parse_key(problem.key) if problem.key else ()
@@ -276,11 +275,11 @@ def _key(scene: Scene) -> str:
 
 @cache
 def program_hash() -> str:
-    """SHA-256 of all that decides numbers: sources of this package, versions of others."""
+    """SHA-256 of everything that affects results: sources of this package, versions of others."""
     installed = {name: versions().get(name) for name in ("cfmpm", *DECIDING)}
     digest = hashlib.sha256(json.dumps(installed).encode())
     root = Path(__file__).parents[1]
-    # What of a run is stored is decided by the modules that run and measure a member.
+    # The modules that run and measure a member determine what is stored of a run.
     stored = (Path(__file__).with_name(name) for name in ("member.py", "measuring.py"))
     for path in (*program_files(), *stored):
         digest.update(str(path.relative_to(root)).encode() + path.read_bytes())

@@ -1,4 +1,4 @@
-"""Solving the members of a study in processes of their own."""
+"""Solving the members of a study in separate processes."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from cfmpm.study.member import Job, Outcome, solve
 from cfmpm.study.reading import Member
 from cfmpm.study.store import Store
 
-# How many threads libraries start as they are loaded. A run keeps to one (`threads`); as many
-# idle ones in each process as there are cores are more than large machines allow.
+# Environment variables of the number of threads that libraries start when they are loaded. A run
+# uses one (`threads`); one idle thread per core in each process exceeds limits of large machines.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -34,18 +34,18 @@ def run_members(
     ----------
     members : iterable of Member
     outcomes : dict of str to Outcome
-        Those known, by the keys of their members; new ones are added as they come.
+        Known outcomes, by the keys of their members; new ones are added.
     store : Store
-        Where new outcomes are kept.
+        Store for new outcomes.
     workers : int
-        Processes, each on one thread. No number depends on how many there are.
+        Number of processes, each on one thread. Results do not depend on it.
     observe : callable, optional
         Called with each new outcome.
 
     Raises
     ------
     SolveError
-        Where no process can be started.
+        If no process can be started.
     """
     jobs = {one.key: one.job() for one in members if one.key not in outcomes}
     try:
@@ -60,18 +60,18 @@ def run_members(
 
 
 def usable_cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
-    """Solve members, in the order in which they come to their ends."""
+    """Solve members; outcomes are in the order of completion."""
     tried: set[str] = set()
     crew: list[_Worker] = []
     any_started = False
-    # Compiling takes longer than most members: the first one does it for all.
+    # Compilation takes longer than most members: the first member does it for all.
     most = workers if workers == 1 or _compiled() else 1
     try:
         while jobs or any(worker.job for worker in crew):
@@ -93,7 +93,7 @@ def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
                     raise SolveError(
                         f"no process to solve members in can be started: {worker.cause_of_death()}"
                     )
-                # Each member of a process that died has a second chance, in a new process.
+                # The member of a process that died is solved once more, in a new process.
                 crew.remove(worker)
                 if job.key in tried:
                     yield Outcome(job.key, "failed", worker.cause_of_death(), lasting=False)
@@ -110,12 +110,12 @@ def _solved(jobs: deque[Job], workers: int) -> Generator[Outcome, None, None]:
 class _Worker:
     """A process that solves one member after the other.
 
-    The executors of `concurrent.futures` do not tell of which member a process has died, and up to
-    Python 3.12 can wait for ever for one that starts while another dies.
+    The executors of `concurrent.futures` do not report the member for which a process died, and up
+    to Python 3.12 they can wait forever for a process that starts while another dies.
     """
 
     def __init__(self, job: Job) -> None:
-        # New processes rather than copies of this one: a copy takes locks of other threads along.
+        # New processes rather than forks of this one, which would inherit locks of other threads.
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
         self.process = context.Process(target=_serve, args=(other,), daemon=True)
@@ -126,14 +126,14 @@ class _Worker:
         self.take(job)
 
     def take(self, job: Job | None) -> None:
-        """Begin with a member; with None there is nothing more to do."""
+        """Start a member; None ends the process."""
         self.job = job
         if job is not None:
             with suppress(OSError):  # the process has died, which `outcome` will tell
                 self.pipe.send(job)
 
     def outcome(self) -> Outcome | None:
-        """What the member has left; None if the process has only now started, or has died."""
+        """The outcome of the member; None if the process has just started, or has died."""
         try:
             found: Outcome | None = self.pipe.recv()
         except (EOFError, OSError):
@@ -143,12 +143,12 @@ class _Worker:
         return found
 
     def was_killed(self) -> bool:
-        """Whether the process, which has died, was killed, as it is by a system out of memory."""
+        """Whether the process was killed, as by a system that is out of memory."""
         self.process.join()
         return self.process.exitcode == -signal.SIGKILL
 
     def cause_of_death(self) -> str:
-        """Say how the process ended, once it has."""
+        """Describe how the process ended."""
         if self.was_killed():
             return "its process was killed; not enough memory?"
         code = self.process.exitcode
@@ -157,7 +157,7 @@ class _Worker:
 
 
 def _serve(pipe: Connection) -> None:
-    """Solve members as they come, in a process of their own."""
+    """Solve members as they are received; the main function of a process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -167,7 +167,7 @@ def _serve(pipe: Connection) -> None:
         os._exit(1)
 
     threading.Thread(target=end_with, args=(parent.sentinel,), daemon=True).start()
-    # What cannot be imported is no fault of a member.
+    # An import error is not an error of a member.
     import gmsh  # noqa: F401
 
     import cfmpm.simulation  # noqa: F401
@@ -180,7 +180,7 @@ def _serve(pipe: Connection) -> None:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Let processes that start within the ``with`` block start no threads of libraries."""
+    """Prevent threads of libraries in processes that are started within the ``with`` block."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
@@ -194,7 +194,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _compiled() -> bool:
-    """Whether kernels have been compiled before, of the present sources."""
+    """Whether the kernels of the current sources are compiled."""
     from cfmpm._jit import cache_folder
 
     return any(cache_folder().glob("**/*.nbc"))

@@ -1,4 +1,4 @@
-"""A whole study in one call, for programs: nothing stays on disk."""
+"""Python interface to solve studies in one call, without files."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ def solve_studies(
     workers: int | None = None,
     observe: Callable[[Outcome], None] = lambda outcome: None,
 ) -> list[xr.Dataset]:
-    """Solve all members of some studies, in the same processes, and gather each study.
+    """Solve all members of some studies in the same processes, and return a dataset of each.
 
     Parameters
     ----------
     plans : sequence of Plan
         From `load_study` or `study_from_dict`.
     workers : int, optional
-        Processes, each on one thread; default: one for each core. With one, no other work of the
-        study disturbs the times of a member.
+        Number of processes, each on one thread; default: one for each core. With one, no other
+        member affects the times of a member.
     observe : callable, optional
         Called with each outcome.
 

@@ -1,7 +1,7 @@
-"""The members of a study on disk: few files for many members, each written once and whole.
+"""The members of a study on disk: few files for many members, each written once and atomically.
 
 A part is an .npz file: the numbers of each member in one row, all else as JSON text. Members are
-found in it by their keys, whichever study or run has put them there.
+found by their keys, independent of the study or run that wrote them.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ import numpy as np
 from cfmpm.output.files import remove_asides, written_aside
 from cfmpm.study.member import Outcome
 
-# In the folder of a study.
+# Names in the folder of a study.
 DATASET, MEMBERS = "study.nc", "members"
 # Seconds between two writes, as for the history of a run.
 INTERVAL = 5.0
-# As many parts of one owner are made into one.
+# Number of parts of one owner at which they are merged.
 MOST_PARTS = 50
-# Of the layout of a part; parts of another one are not read.
+# Version of the file layout; parts with another one are not read.
 FORMAT = 3
-# What reading shows of a file that is no part, or a damaged one.
+# Errors on reading a file that is not a part, or is damaged.
 _DAMAGE = (BadZipFile, EOFError, ValueError, KeyError)
-# What of an outcome is written as it is.
+# Fields of an outcome that are written as they are.
 _PLAIN = ("status", "reason", "seconds", "cpu_seconds", "lasting", "texts", "labels")
 
 log = logging.getLogger(__name__)
@@ -43,10 +43,10 @@ class Store:
     Parameters
     ----------
     folder : Path
-        Of the members; it is made when the first part is written.
+        Folder of the members; it is made when the first part is written.
     owner : str, optional
-        With which the names of its parts begin. At any time one process alone writes as this owner;
-        parts of others are read and never touched.
+        Prefix of the names of its parts. Only one process at a time writes as this owner; parts of
+        other owners are read and never changed.
     """
 
     def __init__(self, folder: Path, owner: str = "part") -> None:
@@ -56,7 +56,7 @@ class Store:
         self._due = time.monotonic() + INTERVAL
 
     def read(self, keys: Collection[str]) -> dict[str, Outcome]:
-        """The lasting outcomes that are there of the members asked for, whoever wrote them."""
+        """The lasting outcomes of the requested members, by any owner."""
         wanted, found = set(keys), dict[str, Outcome]()
         for path in sorted(self._folder.glob("*.npz")):
             found |= {one.key: one for one in read_sound(path, wanted) if one.lasting}
@@ -70,7 +70,7 @@ class Store:
             self.flush()
 
     def flush(self) -> None:
-        """Write what is not yet on disk."""
+        """Write outcomes that are not yet on disk."""
         if self._waiting:
             write_part(self._waiting, self._new())
             self._waiting = []
@@ -79,12 +79,12 @@ class Store:
         self._due = time.monotonic() + INTERVAL
 
     def gather(self) -> None:
-        """Write what is not yet on disk, and make one part of all."""
+        """Write outcomes that are not yet on disk, and merge all parts."""
         self.flush()
         self._gather()
 
     def tidy(self) -> None:
-        """Take away what a kill has left half-made, and make one part of what it has left whole."""
+        """Remove temporary files of a killed process, and merge its parts."""
         remove_asides(self._folder, f"{self._owner}.*")
         self._gather()
 
@@ -93,7 +93,7 @@ class Store:
         return sorted(self._folder.glob(f"{self._owner}.*.npz"))
 
     def _gather(self) -> None:
-        """Make one part of all that can be read; no file goes whose members are not in it."""
+        """Merge all parts that can be read; a file is only removed if its members are merged."""
         found: dict[str, Outcome] = {}
         held: dict[Path, set[str]] = {}
         for path in self.parts():
@@ -115,13 +115,13 @@ class Store:
 
 
 def write_part(outcomes: Iterable[Outcome], path: Path, losses: int = 0) -> None:
-    """Write outcomes into one file, aside, and rename it.
+    """Write outcomes to one file, atomically.
 
     Parameters
     ----------
     outcomes : iterable of Outcome
     path : Path
-        An .npz file: arrays as they are, all else as JSON text; no pickle.
+        An .npz file with arrays, and all else as JSON text; no pickle.
     losses : int, optional
         To be read by `read_losses`.
     """
@@ -152,19 +152,19 @@ def write_part(outcomes: Iterable[Outcome], path: Path, losses: int = 0) -> None
 
 
 def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
-    """Read the outcomes that a part holds, or those of some keys.
+    """Read the outcomes of a part, all or by key.
 
     Parameters
     ----------
     path : Path
-        One of another format holds none.
+        A part of another format has none.
     keys : set of str, optional
         Default: all.
 
     Raises
     ------
     OSError, BadZipFile, EOFError, ValueError, KeyError
-        Where it cannot be read, or is no part.
+        If it cannot be read, or is not a part.
     """
     with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
         wanted = [name for name in file.files if name != "text" and (keys is None or name in keys)]
@@ -177,18 +177,18 @@ def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
 
 
 def read_sound(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
-    """Read a part as `read_part` does; one that is not there or damaged holds none."""
+    """Read a part as `read_part` does; a missing or damaged one has no outcomes."""
     try:
         return read_part(path, keys)
     except FileNotFoundError:  # made into one with others meanwhile
         return []
     except _DAMAGE:
-        log.warning("%s is damaged: what it held is solved again", path)
+        log.warning("%s is damaged: its members are solved again", path)
         return []
 
 
 def read_losses(path: Path) -> int:
-    """Read how many jobs have lost members of a part to the machine; 0 where there is none.
+    """Read the number of jobs that lost members of a part because of the machine; 0 without one.
 
     Parameters
     ----------
@@ -214,12 +214,12 @@ def _outcome(key: str, text: dict[str, Any], row: np.ndarray) -> Outcome:
 
 
 def _coded(text: dict[str, Any]) -> np.ndarray:
-    """JSON as bytes: an array of characters would have four for each."""
+    """JSON as bytes; an array of characters would take four bytes for each."""
     return np.frombuffer(json.dumps(text).encode(), np.uint8)
 
 
 def _plain(attributes: dict[str, Any]) -> dict[str, Any]:
-    """Attributes as JSON takes them; arrays of flags become lists."""
+    """Attributes for JSON; arrays of flags become lists."""
     return {
         name: value.tolist() if isinstance(value, np.ndarray) else value
         for name, value in attributes.items()

@@ -1,4 +1,4 @@
-"""What a study says before and after it is run, as plain text."""
+"""Summary of a study before and after its run, as plain text."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 from cfmpm.study.member import Outcome
 from cfmpm.study.reading import Plan, label
 
-# How many members that are not done are told of one by one; the dataset has them all.
+# Largest number of listed members that are not done; the dataset has them all.
 MOST_TOLD = 5
 
 
 def of_plan(plan: Plan) -> str:
-    """The members of a study, one a line.
+    """List the members of a study, one on each line.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def of_plan(plan: Plan) -> str:
 
 
 def of_study(plan: Plan, outcomes: Mapping[str, Outcome], known: int, written: Path) -> str:
-    """What became of a study.
+    """Summarize the outcomes of a study.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def of_study(plan: Plan, outcomes: Mapping[str, Outcome], known: int, written: P
     outcomes : mapping of str to Outcome
         By the keys of the members.
     known : int
-        How many different members were known from before.
+        Number of different members with earlier outcomes.
     written : Path
         The dataset.
     """

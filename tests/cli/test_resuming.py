@@ -14,10 +14,9 @@ from typing import Any
 
 import pytest
 import xarray as xr
+from commands import call
 from histories import same
-from typer.testing import CliRunner, Result
 
-from cfmpm.cli.app import app
 from cfmpm.equilibrium import small_strain
 from cfmpm.errors import SolveError
 from cfmpm.output.checkpoint import read_checkpoint
@@ -39,17 +38,11 @@ output: {every: 2}
 """
 
 
-def call(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 @pytest.fixture
-def scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A small scene file, in a working directory of its own."""
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "small.yaml"
-    path.write_text(SMALL)
-    return path
+def scene_file(scene: Path) -> Path:
+    """A scene file of a crack that grows, in a working directory of its own."""
+    scene.write_text(SMALL)
+    return scene
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
@@ -151,8 +144,8 @@ def test_a_run_that_ends_without_balance_is_no_success(
     break_off_at(monkeypatch, 3, SolveError("no balance"))
     result = call("run", scene_file, "--set", "growth.transfer=paper")
     assert result.exit_code == 1
-    assert "cfmpm: unsolvable: growth.transfer: paper took stiffness away" in result.stderr
-    assert "What was found before is in results/small/history.nc" in result.stderr
+    assert "cfmpm: unsolvable: growth.transfer: paper left nodes without stiffness" in result.stderr
+    assert "The steps before are in results/small/history.nc" in result.stderr
     with xr.open_dataset("results/small/history.nc") as history:
         assert history.attrs["run_status"] == "unsolvable"
     assert not Path("results/small", CHECKPOINT).exists()
@@ -182,7 +175,7 @@ def test_what_has_ended_is_left_alone(scene_file: Path) -> None:
     before = files_in(Path("results/small"))
     result = call("resume", "results/small")
     assert result.exit_code == 0
-    assert "has ended; increments: growth.increments allows 8" in result.stdout
+    assert "is finished; increments: growth.increments allows 8" in result.stdout
     assert files_in(Path("results/small")) == before
 
 
@@ -220,7 +213,7 @@ def test_a_new_run_does_not_go_on_from_an_old_one(
         before = files_in(Path("results/small"))
         result = call("run", scene_file)
         assert result.exit_code == 2
-        assert "results/small: holds a run that was broken off" in result.stderr
+        assert "results/small: has a run that was interrupted" in result.stderr
         assert "cfmpm resume results/small" in result.stderr
         assert "--overwrite" in result.stderr
         assert files_in(Path("results/small")) == before
@@ -313,7 +306,7 @@ def test_kill_9_of_a_run_as_it_is_shipped(scene_file: Path) -> None:
     history = xr.load_dataset(folder / HISTORY)
     assert 1 <= history.sizes["step"] <= 5
     assert history.attrs["run_status"] == UNFINISHED
-    assert "broken off" in call("run", scene_file).stderr
+    assert "was interrupted" in call("run", scene_file).stderr
     assert call("resume", folder).exit_code == 0
     same(xr.load_dataset("whole/history.nc"), xr.load_dataset(folder / HISTORY))
     assert {path.name for path in folder.iterdir()} == {p.name for p in Path("whole").iterdir()}

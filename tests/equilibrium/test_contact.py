@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import round_off
-from scipy.sparse import csc_array, eye_array
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csc_array, csr_array, eye_array
 
 from cfmpm.equilibrium import contact
 from cfmpm.errors import SolveError
+from cfmpm.linear import solvers
 from cfmpm.linear.solvers import Solution
 
 
@@ -88,3 +91,23 @@ def test_what_a_neighbour_closes_is_pressed():
     force, opening = pressed(flexibility, [-2.0, 1.0])
     assert (force > 0.0).all()
     assert (np.abs(opening) < round_off.of_sum(flexibility * force, axis=1)).all()
+
+
+@pytest.mark.parametrize("patience", [0, contact.PATIENCE])
+@settings(max_examples=40)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
+def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
+    """With patience 0 pairs soon change one at a time, which ends on any such matrix (Murty)."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(n, n))
+    K = root @ root.T + 1e-3 * np.eye(n)
+    gap = rng.normal(size=n)
+    factor = solvers.select(n, "superlu").factor(csr_array(K))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contact, "PATIENCE", patience)
+        patch.setattr(contact, "ROUNDS", 5000)
+        force = contact._complementary_force(gap, 1e-12, csc_array(eye_array(n)), factor)
+    opening = gap + np.linalg.solve(K, force)
+    assert (force >= 0).all()
+    assert opening.min() > -1e-9 * max(1.0, np.abs(force).max() * np.linalg.norm(np.linalg.inv(K)))
+    assert np.abs(opening[force > 0]).max(initial=0.0) < 1e-9 * np.linalg.cond(K)

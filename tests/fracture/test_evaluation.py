@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from outlines import named_rectangle
 
 import cfmpm
 from cfmpm.body.crack_faces import face_pairs, smallest_openings
@@ -23,12 +24,7 @@ def plate(**changes: Any) -> dict[str, Any]:
     return {
         "name": "plate",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [40, 0], "edge": "right"},
-                {"at": [40, 60], "edge": "top"},
-                {"at": [0, 60], "edge": "left"},
-            ],
+            "outline": named_rectangle(40, 60),
             "cracks": [{"name": "crack", "points": [[0, 30], [12, 30]]}],
         },
         "material": {"E": 1e4, "nu": 0.3, "g_c": 0.5},

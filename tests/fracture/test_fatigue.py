@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from outlines import named_rectangle
 from scipy.integrate import quad
 
 import cfmpm
@@ -100,12 +101,7 @@ def strip(cracks, m=M, size=0.5, **changes) -> dict[str, Any]:
     return {
         "name": "strip",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [WIDTH, 0], "edge": "right"},
-                {"at": [WIDTH, HEIGHT], "edge": "top"},
-                {"at": [0, HEIGHT], "edge": "left"},
-            ],
+            "outline": named_rectangle(WIDTH, HEIGHT),
             "cracks": [
                 {"name": name, "points": [[0, y], [a, y]]} for name, (y, a) in cracks.items()
             ],
@@ -199,12 +195,7 @@ def test_a_crack_arrests_at_the_threshold():
     scene = {
         "name": "arms",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [90, 0], "edge": "right"},
-                {"at": [90, 20], "edge": "top"},
-                {"at": [0, 20], "edge": "left"},
-            ],
+            "outline": named_rectangle(90, 20),
             "cracks": [{"points": [[0, 10], [30, 10]]}],
         },
         "material": {"E": 70e3, "nu": 0.33},

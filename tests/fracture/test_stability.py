@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from outlines import named_rectangle
 
 import cfmpm
 from cfmpm.fracture.stability import STABILITY, classify
@@ -37,12 +38,7 @@ def plate(load: dict[str, Any], **changes: Any) -> dict[str, Any]:
     return {
         "name": "strip",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [10, 0], "edge": "right"},
-                {"at": [10, 60], "edge": "top"},
-                {"at": [0, 60], "edge": "left"},
-            ],
+            "outline": named_rectangle(10, 60),
             "cracks": [{"points": [[0, 30], [3, 30]]}],
         },
         "material": {"E": 210e3, "nu": 0.3, "g_c": 1.0},

@@ -167,7 +167,7 @@ def test_a_damaged_file_is_named(tmp_path: Path) -> None:
         with pytest.raises(SceneError, match="checkpoint"):
             read_checkpoint(path)
     np.savez(path, nothing=np.zeros(1))
-    with pytest.raises(SceneError, match="is no checkpoint"):
+    with pytest.raises(SceneError, match="is not a checkpoint"):
         read_checkpoint(path)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from growing_scene import growing
+from outlines import named_rectangle
 from ugrid_rules import broken_rules
 
 from cfmpm.output.fields import build_fields, linear_faces, von_mises
@@ -24,12 +25,7 @@ def plate(**changes: object) -> dict[str, object]:
     return {
         "name": "plate",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [10, 0], "edge": "right"},
-                {"at": [10, 20], "edge": "top"},
-                {"at": [0, 20], "edge": "left"},
-            ],
+            "outline": named_rectangle(10, 20),
             "cracks": [{"points": [[0, 10], [4, 10]]}],
             "regions": [
                 {

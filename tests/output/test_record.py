@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from outlines import named_rectangle
 
 import cfmpm
 from cfmpm.fracture.stability import STABILITY, classify
@@ -31,12 +32,7 @@ def plate(loads: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:
     return {
         "name": "plate",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [30, 0], "edge": "right"},
-                {"at": [30, 40], "edge": "top"},
-                {"at": [0, 40], "edge": "left"},
-            ],
+            "outline": named_rectangle(30, 40),
             "cracks": [
                 {"name": "left", "points": [[0, 20], [6, 20]]},
                 {"name": "right", "points": [[30, 20], [26, 20]]},

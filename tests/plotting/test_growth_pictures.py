@@ -283,8 +283,8 @@ def test_energies_add_up(axes: Axes, history: xr.Dataset) -> None:
     rise = np.arange(5.0)
     draw_energy(axes, history.assign({k: ("step", v * rise) for k, v in terms.items()}))
     shown = lines(axes)
-    np.testing.assert_array_equal(shown["work of the loads"][:, 1], 5.0 * rise)
-    np.testing.assert_allclose(shown["missing: work less the others"][:, 1], 0.5 * rise)
+    np.testing.assert_array_equal(shown["external work"][:, 1], 5.0 * rise)
+    np.testing.assert_allclose(shown["missing: external work - others"][:, 1], 0.5 * rise)
     assert shown["strain energy"][:, 0].tolist() == [0.0, 1.0, 3.0, 5.0, 7.0]
     assert "[N mm/mm]" in axes.get_ylabel()
 

@@ -69,7 +69,7 @@ def test_a_study_is_not_drawn_as_a_run(name: str, folder: Path) -> None:
     call(write_study(folder), "--workers", 1)
     result = CliRunner().invoke(app, ["plot", str(Path("results/lengths", name))])
     assert result.exit_code == 2
-    assert "this is a study, not one run: look at ds = xarray.open_dataset(" in result.stderr
+    assert "this is a study, not a run: open it by ds = xarray.open_dataset(" in result.stderr
     assert "lengths/study.nc" in result.stderr
 
 

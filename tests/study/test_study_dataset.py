@@ -277,7 +277,7 @@ def test_the_scene_of_a_member_of_a_mesh_file(tmp_path: Path, monkeypatch) -> No
     assert dataset.isel(sample=1).cfmpm.scene == plan.members[1].scene
     with (tmp_path / "meshes" / "plate.msh").open("a") as file:
         file.write("$Comments\n$EndComments\n")
-    with pytest.raises(SceneError, match=r"plate\.msh: is not what it was in the study"):
+    with pytest.raises(SceneError, match=r"plate\.msh: has changed since the study"):
         dataset.isel(sample=1).cfmpm.scene  # noqa: B018
 
 

@@ -120,7 +120,7 @@ def test_a_failed_member_keeps_its_reason(tmp_path: Path) -> None:
         (SolveError("no balance"), "no balance", True),
         (MeshError("no grid"), "no grid", True),
         (SceneError([Problem("wrong")]), "wrong", True),
-        (MemoryError(), "not enough memory; take a larger mesh.size, or solver: amg", False),
+        (MemoryError(), "not enough memory; use a larger mesh.size, or solver: amg", False),
         (OSError(28, "No space left"), "OSError: [Errno 28] No space left", False),
         (ZeroDivisionError("by zero"), "ZeroDivisionError: by zero", False),
     ],

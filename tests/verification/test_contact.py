@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 import round_off
+from cracked_beams import BEAMS, MATERIAL, bent_beam
 from cubic_element import T10
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from outlines import named_rectangle
 from posed import balanced, driven, elastic, pose
-from scipy.sparse import csc_array, csr_array, eye_array
 from structured import rectangle
 
 from cfmpm import build
@@ -26,7 +25,6 @@ from cfmpm.linear import solvers
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
 
-MATERIAL = {"E": 70e3, "nu": 0.33}
 MODULUS = 70e3 / (1 - 0.33**2)
 
 
@@ -170,12 +168,7 @@ def edge_crack(traction, element="T6", crack=((0, 27), (30, 27)), side=0.0):
     """Uniform stress but for the crack: `traction` on top, `side` across it."""
     return {
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [60, 0], "edge": "right"},
-                {"at": [60, 50], "edge": "top"},
-                {"at": [0, 50], "edge": "left"},
-            ],
+            "outline": named_rectangle(60, 50),
             "cracks": [{"points": [list(x) for x in crack]}],
         },
         "loads": [
@@ -264,34 +257,6 @@ def test_open_cracks_know_nothing_of_contact(load, monkeypatch):
     assert with_check.intensity(tip, 10.0) == without.intensity(tip, 10.0)
 
 
-def bent_beam(element, cracks):
-    """Held on the left, pushed down on the right: open above, closed below."""
-    return {
-        "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [100, 0], "edge": "right"},
-                {"at": [100, 20], "edge": "top"},
-                {"at": [0, 20], "edge": "left"},
-            ],
-            "cracks": [{"points": points} for points in cracks],
-        },
-        "loads": [
-            {"edge": "left", "displacement": {"x": 0, "y": 0}},
-            {"edge": "right", "traction": [0, -1.0]},
-        ],
-        "mesh": {"element": element, "size": 2.5, "grading": {"tip_size": 0.2, "growth": 0.2}},
-    }
-
-
-BEAMS = {
-    "straight": [[[50, 4], [50, 16]]],
-    "edge": [[[40, 0], [42, 13]]],
-    "kinked": [[[50, 4], [54, 9], [49, 16]]],
-    "two": [[[30, 4], [33, 16]], [[60, 0], [57, 12]]],
-}
-
-
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("cracks", BEAMS.values(), ids=BEAMS)
 def test_partly_closed_cracks_of_a_bent_beam(element, cracks):
@@ -365,26 +330,6 @@ def test_faces_may_lie_on_supports():
     assert solved.balance.contact_pairs > 0
 
 
-@pytest.mark.parametrize("patience", [0, contact.PATIENCE])
-@settings(max_examples=40)
-@given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
-def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
-    """With patience 0 pairs soon change one at a time, which ends on any such matrix (Murty)."""
-    rng = np.random.default_rng(seed)
-    root = rng.normal(size=(n, n))
-    K = root @ root.T + 1e-3 * np.eye(n)
-    gap = rng.normal(size=n)
-    factor = solvers.select(n, "superlu").factor(csr_array(K))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contact, "PATIENCE", patience)
-        patch.setattr(contact, "ROUNDS", 5000)
-        force = contact._complementary_force(gap, 1e-12, csc_array(eye_array(n)), factor)
-    opening = gap + np.linalg.solve(K, force)
-    assert (force >= 0).all()
-    assert opening.min() > -1e-9 * max(1.0, np.abs(force).max() * np.linalg.norm(np.linalg.inv(K)))
-    assert np.abs(opening[force > 0]).max(initial=0.0) < 1e-9 * np.linalg.cond(K)
-
-
 def test_each_column_is_solved_once(monkeypatch):
     solves = []
     original = solvers.Factor.solve
@@ -401,70 +346,3 @@ def test_no_end_is_an_error(monkeypatch):
     monkeypatch.setattr(contact, "ROUNDS", 1)
     with pytest.raises(SolveError, match=r"after 1 steps .* pairs of nodes still overlap"):
         solve(bent_beam("T6", BEAMS["straight"]))
-
-
-class TestTurnedFaces:
-    """Two cracks of T6 in a shape far from rest: slid, opened, turned."""
-
-    @pytest.fixture
-    def faces(self):
-        scene = bent_beam("T6", BEAMS["two"])
-        full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
-        self.grid = build.build(full).grid
-        self.free = np.zeros((len(self.grid.nodes), 2), bool)
-        x, y = (self.grid.nodes / np.abs(self.grid.nodes).max()).T
-        turned = self.grid.nodes @ np.array([[0.6, 0.8], [-0.8, 0.6]]) - self.grid.nodes
-        bent = np.column_stack([x * y, y**2 - 0.5 * x**2])
-        self.shape = turned + 0.3 * bent + np.random.default_rng(0).normal(0, 0.02, (len(x), 2))
-        return self.at(self.shape)
-
-    def at(self, shape):
-        return contact.CrackFaces(self.grid).turned(self.free, shape)
-
-    def slopes(self, quantity, direction, step=1e-5):
-        """Central difference."""
-        ahead, behind = (quantity(self.at(self.shape + k * step * direction)) for k in (1, -1))
-        return (ahead - behind) / (2 * step)
-
-    def directions(self):
-        rng = np.random.default_rng(1)
-        return [rng.normal(size=self.shape.shape) for _ in range(3)]
-
-    def test_forces_are_the_derivative_of_the_openings(self, faces):
-        for v in self.directions():
-            exact = faces.push.T @ v.ravel()
-            found = self.slopes(lambda f: f.opening, v)
-            np.testing.assert_allclose(exact, found, rtol=0, atol=1e-7 * np.abs(exact).max())
-
-    def test_a_rigid_motion_changes_nothing(self, faces):
-        """No opening, and neither force nor moment by what faces do to each other."""
-        turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
-        at = self.grid.nodes + self.shape
-        moved = at @ np.array([[-0.28, 0.96], [-0.96, -0.28]]) + [3.0, -7.0] - self.grid.nodes
-        np.testing.assert_allclose(self.at(moved).opening, faces.opening, rtol=0, atol=1e-11)
-        force = faces.force(np.random.default_rng(2).random(len(faces.opening)))
-        assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
-        assert abs(np.sum(force * (at @ turn))) < 1e-12 * np.sum(np.abs(force) * np.abs(at))
-
-    def test_stiffness_is_the_derivative_of_the_forces(self, faces):
-        pressed = np.random.default_rng(2).random(len(faces.opening))
-        K = 1e3 * eye_array(self.shape.size).tocsr()
-        factor = solvers.select(K.shape[0], "superlu").factor(csr_array(K))
-        stiffness = contact.TurningStiffness(factor, faces, self.free, pressed)
-        for v in self.directions():
-            force = K @ v.ravel() - self.slopes(lambda f: f.push @ pressed, v)
-            found = stiffness.solve(force).x
-            np.testing.assert_allclose(found, v.ravel(), rtol=0, atol=1e-8)
-
-    def test_faces_that_slide_away_are_no_stable_state(self, faces):
-        K = eye_array(self.shape.size).tocsr()
-        factor = solvers.select(K.shape[0], "superlu").factor(csr_array(K))
-        pressed = np.full(len(faces.opening), 1e3)
-        with pytest.raises(SolveError, match="closed crack faces slide off"):
-            contact.TurningStiffness(factor, faces, self.free, pressed)
-
-    def test_at_rest_they_are_those_of_small_strain(self, faces):
-        turned = self.at(np.zeros_like(self.shape))
-        rest = contact.CrackFaces(self.grid).at_rest(self.free)
-        np.testing.assert_allclose(turned.push.toarray(), rest.push.toarray(), atol=1e-15)
-        assert not turned.opening.any()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import round_off
+from outlines import named_rectangle
 
 import cfmpm
 from cfmpm.fracture import cf
@@ -19,12 +20,7 @@ def plate(length, loads, mesh=GRADED, **more):
             {
                 "name": "plate",
                 "geometry": {
-                    "outline": [
-                        {"at": [0, 0], "edge": "bottom"},
-                        {"at": [100, 0], "edge": "right"},
-                        {"at": [100, 120], "edge": "top"},
-                        {"at": [0, 120], "edge": "left"},
-                    ],
+                    "outline": named_rectangle(100, 120),
                     "cracks": [{"points": [[0, 55], [length, 55]]}],
                 },
                 "material": {"E": 1000.0, "nu": 0.25},

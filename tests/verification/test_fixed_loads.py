@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from histories import same
+from outlines import named_rectangle
 from scipy.optimize import brentq
 
 from cfmpm import simulation, steps
@@ -33,12 +34,7 @@ def plate(fixed: float = 1.0, factor: float = 1.0, **changes: Any) -> dict[str, 
     scene: dict[str, Any] = {
         "name": "plate",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [40, 0], "edge": "right"},
-                {"at": [40, 60], "edge": "top"},
-                {"at": [0, 60], "edge": "left"},
-            ],
+            "outline": named_rectangle(40, 60),
             "cracks": [{"name": "crack", "points": [[0, 30], [10, 33]]}],
         },
         "material": {"E": 1e4, "nu": 0.3, "g_c": 0.2},

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from outlines import named_rectangle
 
 import cfmpm
 from cfmpm.scene import scene_from_dict
@@ -17,12 +18,7 @@ def layered(stiff=1.0, **changes) -> dict[str, Any]:
     return {
         "name": "layered",
         "geometry": {
-            "outline": [
-                {"at": [0, 0], "edge": "bottom"},
-                {"at": [30, 0], "edge": "right"},
-                {"at": [30, 40], "edge": "top"},
-                {"at": [0, 40], "edge": "left"},
-            ],
+            "outline": named_rectangle(30, 40),
             "cracks": [{"points": [[0, 20], [6, 20]]}],
             "regions": [
                 {

@@ -28,11 +28,11 @@ result = cfmpm.run(scene)
 history = result.history
 
 # %% [markdown]
-# The history is an xarray dataset with dimensions for steps, crack tips and radii of the domains.
-# Every variable has its unit and its meaning. A crack that does not grow has one step.
+# The history is an xarray dataset with dimensions for steps, crack tips and domain radii. Every
+# variable has a unit and a description. The history of a stationary crack has one step.
 #
-# In brackets the difference between the largest and the smallest value over the radii: how far
-# the *evaluation* is to be trusted. The error of the grid comes on top.
+# In brackets: the range over the domain radii, which is the uncertainty of the *evaluation*. It
+# does not contain the discretisation error.
 
 # %%
 tip = history.isel(step=0, tip=0)

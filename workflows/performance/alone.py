@@ -1,4 +1,4 @@
-"""Runs of a scene in a process of their own, whose threads and memory are theirs alone."""
+"""Runs of a scene in a separate process, for its own threads and memory."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def run_alone(
     replaced : mapping
         Values of the scene by dotted keys.
     threads : int
-        For kernels and linear algebra alike.
+        Threads of kernels and of linear algebra.
     repeats : int
         Above half a million points there is one run.
 
@@ -43,7 +43,7 @@ def run_alone(
     Raises
     ------
     RuntimeError
-        Where the process failed; with what it said.
+        If the process failed, with its error output.
     """
     asked = json.dumps([str(scene), dict(replaced), repeats])
     done = subprocess.run(

@@ -14,7 +14,7 @@ from cfmpm.body.grid import Floats
 from workflows.performance.pareto import pareto_front
 from workflows.reporting.html_page import html_image, html_page, html_table, write_text
 
-# Of equal price is what takes up to a tenth more time; better is what makes half the error.
+# Equal cost is up to a tenth more time; better is less than half the error.
 SAME_PRICE, BETTER = 1.1, 0.5
 KNOWN = ("G", "K_I", "K_II")
 GRID = ("element", "size", "tip_size", "growth", "refine")
@@ -36,30 +36,31 @@ def write_defaults(data: str | Path, pictures: Mapping[str, str | Path], page: s
     dataset = xr.load_dataset(data)
     stationary = dataset.isel(run=np.flatnonzero(np.isnan(dataset.distance)))
     parts = [
-        "<p>Each default against all that was measured: the least error for at most its CPU time "
-        f"(and a tenth), and the least time for at most its error. Another one is called better "
-        f"if for that price it makes less than {BETTER:g} of the error; a default <q>stays</q> "
-        "where another makes less, but not that much less. One default serves all problems: what "
-        "is better here for one of them is compared below over all.</p>\n",
+        "<p>Each default is compared with all other runs: the smallest error for at most its CPU "
+        f"time (plus a tenth), and the smallest CPU time for at most its error. Another choice is "
+        f"better if it has less than {BETTER:g} of the error for at most this CPU time; otherwise "
+        "the default <q>stays</q>. There is one default for all problems: a choice that is better "
+        "for one of them is compared below over all.</p>\n",
         html_table(*_against_the_best(dataset)),
-        "<h2>Numbers of the grading</h2>\n<p>Of all gradings those that no other one beats, "
-        "over all problems with a crack at rest together, small strain and finite: CPU time by the "
+        "<h2>Numbers of the grading</h2>\n<p>The Pareto-optimal gradings, "
+        "over all problems with a stationary crack, small strain and finite: CPU time by the "
         "geometric mean, error by the worst quantity of the worst problem, both relative to the "
         "default's.</p>\n",
         html_table(*_gradings(stationary)),
-        "<h2>Element, grading, formulation</h2>\n<p>The least error that is to be had with "
-        "each value for at most the CPU time of the default (and a tenth), whatever else is chosen "
-        "with it, but for the way to grow; in brackets how many of its runs, whatever they cost, "
-        "came to their load. Uniform grids of the paths are refined as the tip runs, or not.</p>\n",
+        "<h2>Element, grading, formulation</h2>\n<p>The smallest error with each value for at most "
+        "the CPU time of the default (plus a tenth), for any choice of the others except the "
+        "settings of growth; in brackets the number of its runs, of any cost, that reached their "
+        "load. Uniform grids of the paths are with or without refinement around the tip.</p>\n",
         html_table(*_values_of_axes(dataset)),
-        "<h2>How a crack grows</h2>\n<p>On one grid the error of a path is partly luck. So each "
-        "way to grow is compared with the default on every grid that was run in all ways: error "
-        "of the path relative to the default's, the geometric mean over the grids of a problem, "
-        "and over all problems. In brackets the least and the greatest on one grid.</p>\n",
+        "<h2>Settings of growth</h2>\n<p>On a single grid the error of a path is partly random. "
+        "Direction and order are therefore compared with the default on every grid that was run "
+        "with all of them: error of the path relative to that of the default, as the geometric "
+        "mean over the grids of a problem and over all problems. In brackets the smallest and the "
+        "largest on one grid.</p>\n",
         html_table(*_ways(dataset)),
         "<h2>Solver and domain radius</h2>\n<p>The default solver follows from the times on the "
-        "largest grid of each kind: the one that is chosen against the fastest. The radius follows "
-        "from the errors there: at the one that is chosen against the least at any.</p>\n",
+        "largest grid of each kind: the default is compared with the fastest. The radius follows "
+        "from the errors there: that of the default is compared with the smallest.</p>\n",
         html_table(*_solver_and_radius(stationary)),
         *(
             f"<h2>{html.escape(caption)}</h2>\n{html_image(picture, caption)}\n"
@@ -201,7 +202,7 @@ def _ways(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
 
 
 def _told(run: xr.Dataset, error: float) -> str:
-    """The numbers of a run in words."""
+    """Description of a run."""
     words = [str(run.element.item()), f"size {float(run['size']):.3g}"]
     if np.isfinite(run.growth):
         words.append(f"tip {float(run.tip_size):.2g}, growth {float(run.growth):g}")
@@ -251,7 +252,7 @@ def _solver_and_radius(dataset: xr.Dataset) -> tuple[list[str], list[list[str]],
 
 
 def _gradings(dataset: xr.Dataset) -> tuple[list[str], list[list[str]], list[str]]:
-    """The gradings that no other beats, relative to the default's."""
+    """The Pareto-optimal gradings, relative to the default's."""
     ratios: dict[tuple[str, float, float, float], dict[str, tuple[float, float]]] = {}
     problems = list(_measured(dataset))
     for one in problems:

@@ -19,7 +19,7 @@ CPU = "CPU time, mesh to values at the tip [s]"
 
 
 def draw_work_precision(data: str | Path, picture: str | Path) -> None:
-    """Draw errors of cracks at rest against CPU time, the best for its price, and the defaults.
+    """Draw errors at stationary cracks against CPU time, the Pareto front, and the defaults.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def _plots(picture: str | Path, number: int) -> Iterator[list[Axes]]:
 
 
 def _quantities(default: xr.Dataset) -> list[str]:
-    """What is drawn of a crack at rest: K where it is known, else G."""
+    """The quantity that is drawn for a stationary crack: K if it is known, else G."""
     known = np.isfinite(default.error.isel(run=0))
     return [name for name in ("K_I", "K_II") if known.sel(quantity=name)] or ["G"]
 
@@ -138,7 +138,7 @@ def _draw_default(axes: Axes, runs: xr.Dataset, error: xr.DataArray) -> None:
 
 
 def draw_grading(data: str | Path, picture: str | Path) -> None:
-    """Draw what the numbers of the grading do to error and CPU time, and what the radius does."""
+    """Draw the effect of grading and domain radius on error and CPU time."""
     dataset = xr.load_dataset(data)
     with panels(Path(picture), (12.0, 7.6), 2, 3) as axes:
         for row, (problem, quantity) in zip(

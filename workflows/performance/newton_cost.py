@@ -21,7 +21,7 @@ from cfmpm.output.files import write_dataset
 from workflows.configuration.scene_with_grid import scene_with
 
 PARTS = ("points and forces", "stiffness", "factor", "solve")
-# What of an iteration is the sum over the points, and what the linear solver.
+# Parts of an iteration: sums over the points, and the linear solver.
 ASSEMBLY = PARTS[:2]
 log = logging.getLogger(__name__)
 
@@ -83,7 +83,7 @@ def _problem(scene: Any) -> BoundaryValueProblem:
 
 
 def _row(problem: BoundaryValueProblem, repeats: int) -> xr.Dataset:
-    """Time the parts at the state of balance, and a whole run to it."""
+    """Time the parts at the state of equilibrium, and a whole run to it."""
     balance, whole = None, np.inf
     for _ in range(repeats + 1):  # the first one fills caches
         fresh = replace(problem)  # without what is kept between iterations

@@ -1,4 +1,4 @@
-"""What is best for its price."""
+"""Pareto-optimal runs by cost and error."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def pareto_front(cost: ArrayLike, error: ArrayLike) -> NDArray[np.intp]:
-    """Return which runs no other run beats in both cost and error.
+    """Return the runs for which no other run has both lower cost and lower error.
 
     Parameters
     ----------

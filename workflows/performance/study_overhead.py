@@ -1,4 +1,4 @@
-"""What a study of many small members costs besides solving them."""
+"""Overhead of a study of many small members."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def phases(result: Result) -> xr.Dataset:
 def phases_and_fem(result: Result) -> xr.Dataset:
     """The same, and that of scikit-fem on the same grid by each of its solvers: times and values.
 
-    The grid is taken over as it is: it costs what it costs.
+    scikit-fem uses the same grid; the time of meshing is common to both.
     """
     own = phases(result)
     found = [_by_fem(result, solve) for solve in fem_solvers().values()]

@@ -1,4 +1,4 @@
-"""Error against run time: cracks at rest, by cfmpm and scikit-fem, and paths of growing ones.
+"""Error against run time: stationary cracks, by cfmpm and scikit-fem, and paths of growing cracks.
 
 All runs are members of parameter studies, solved one after the other in one warm process.
 """
@@ -195,7 +195,7 @@ def _beside_the_grid(axes: Iterable[Axes]) -> list[str]:
 
 
 def _at(scene: Scene, key: str) -> Any:
-    """What stands at a key."""
+    """The value of a key."""
     return reduce(getattr, key.split("."), scene)
 
 
@@ -223,7 +223,7 @@ def _steps(one: xr.Dataset) -> xr.Dataset:
 
 
 def _timed(one: xr.Dataset, n_unknowns: float) -> Row:
-    """What is told of every run by cfmpm."""
+    """Values of every run by cfmpm."""
     return {
         "cpu": float(one.cpu_time),
         "seconds": one.seconds.values,
@@ -237,7 +237,7 @@ def _at_rest(scene: Scene, one: xr.Dataset, exact: Mapping[str, float]) -> list[
     """A stationary crack at each domain radius that was asked for; else at the largest alone."""
     last = _steps(one).isel(step=-1, tip=0)
     chosen = [-1] if isinstance(scene.fracture.radii, int) else range(last.sizes["radius"])
-    # A state on the way to the load is no answer.
+    # A state before the full load is not a result.
     names = QUANTITIES if last.load_factor >= 1.0 else ()
     rows = []
     for i in chosen:

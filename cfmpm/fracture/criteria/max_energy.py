@@ -28,17 +28,9 @@ class MaxEnergy(DirectionByAngle):
 
 
 def max_energy_angle(k_1: float, k_2: float) -> float:
-    """Return the kink angle of the largest energy release rate.
+    """Return the kink angle of the largest energy release rate [deg].
 
-    Parameters
-    ----------
-    k_1, k_2 : float
-        Stress intensity factors, in any one unit.
-
-    Returns
-    -------
-    float
-        From the tangent of the tip, anticlockwise [deg]; nan as in `max_hoop_angle`.
+    Arguments, sign, and where the angle is nan are those of `max_hoop.max_hoop_angle`.
     """
     if is_closed(k_1, k_2):
         return math.nan

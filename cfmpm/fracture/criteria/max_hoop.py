@@ -26,7 +26,7 @@ class MaxHoop(DirectionByAngle):
 
 
 def max_hoop_angle(k_1: float, k_2: float) -> float:
-    """Return the kink angle of the largest hoop stress (Erdogan and Sih 1963).
+    """Return the kink angle of the largest hoop stress.
 
     Parameters
     ----------

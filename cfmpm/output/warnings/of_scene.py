@@ -1,4 +1,4 @@
-"""Warnings about a scene that are known before it is solved, and ways on after an unstable end."""
+"""Warnings about a scene known before it is solved, and suggestions after an unstable end."""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ import xarray as xr
 
 from cfmpm.ending import RUN_STATUS
 from cfmpm.output.variables import TIP_STATUS
-from workflows.growth.claims import FIXED_GRIPS
 from workflows.growth.datasets import KEPT
+from workflows.growth.edge_claims import FIXED_GRIPS
 from workflows.growth.figures import BOTTOM, HOLE
 from workflows.reference.path_points import reference
 

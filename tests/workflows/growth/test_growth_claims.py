@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from workflows.growth import claims
-from workflows.growth.claims import BEAM, HOLES, SHEAR, Evidence
+from workflows.growth import beam_claims, claims, edge_claims, holes_claims
+from workflows.growth.beam_claims import BEAM
 from workflows.growth.datasets import energy_released, steps
+from workflows.growth.edge_claims import SHEAR
+from workflows.growth.evidence import Evidence
+from workflows.growth.holes_claims import HOLES
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +38,10 @@ def test_all_hold_on_data_that_are_right(evidence):
     assert len({one.claim for one in decided}) == len(decided) > 25
 
 
-CF_790 = claims.straight, ("CF direction, 790",)
-SHEARED = claims.shear_path, ("CF direction, first order (paper)",)
-TWO_HOLES = claims.holes_path, ("CF direction (paper)",)
-OF_BEAM = claims.beam_paths, ("1.5 in", "CF direction")
+CF_790 = edge_claims.straight, ("CF direction, 790",)
+SHEARED = edge_claims.shear_path, ("CF direction, first order (paper)",)
+TWO_HOLES = holes_claims.holes_path, ("CF direction (paper)",)
+OF_BEAM = beam_claims.beam_paths, ("1.5 in", "CF direction")
 moved, scaled, ended = made_up.moved, made_up.scaled, made_up.ended
 
 
@@ -54,12 +57,18 @@ ALTERED = {
     "ends 1.9 mm off the middle": ("edge", moved, ("cf_790", 0, 1.9), CF_790, "yes"),
     "does not come across": ("edge", ended, ("cf_790", "stopped"), CF_790, "in part"),
     "domain scatters more than the tip": (
-        *("edge", scaled, ("cf_2584", "cf_tip_y", 0.0), (claims.tip_against_domain, ()), "no"),
+        *("edge", scaled, ("cf_2584", "cf_tip_y", 0.0), (edge_claims.tip_against_domain, ()), "no"),
     ),
-    "G 1.1 % high": ("edge", scaled, ("t6", "G", 1.011), (claims.fixed_grips, ()), "no"),
-    "G 0.9 % low": ("edge", scaled, ("t6", "G", 0.991), (claims.fixed_grips, ()), "yes"),
+    "G 1.1 % high": ("edge", scaled, ("t6", "G", 1.011), (edge_claims.fixed_grips, ()), "no"),
+    "G 0.9 % low": ("edge", scaled, ("t6", "G", 0.991), (edge_claims.fixed_grips, ()), "yes"),
     "0.6 % of the work is lost": (
-        *("edge", scaled, ("crack_control", "external_work", 1.006), (claims.snap_back, ()), "no"),
+        *(
+            "edge",
+            scaled,
+            ("crack_control", "external_work", 1.006),
+            (edge_claims.snap_back, ()),
+            "no",
+        ),
     ),
     "below the reference by more than the bar": (
         *("shear", moved, ("cf", 0, -1.05 * SHEAR), SHEARED, "no"),
@@ -72,19 +81,30 @@ ALTERED = {
     "above the points by less": ("holes", moved, ("cf", 0, 0.95 * HOLES), TWO_HOLES, "yes"),
     "meets the other crack": ("holes", ended, ("cf", "arrived_crack"), TWO_HOLES, "in part"),
     "another path in stiffer stuff": (
-        *("holes", moved, ("stiff", 0, 2e-6), (claims.holes_conditions, ("Young",)), "no"),
+        *("holes", moved, ("stiff", 0, 2e-6), (holes_claims.holes_conditions, ("Young",)), "no"),
     ),
     "enters the near hole elsewhere": (
-        *("holes", moved, ("rollers", 0.4), (claims.holes_conditions, ("sideways",)), "no"),
+        *("holes", moved, ("rollers", 0.4), (holes_claims.holes_conditions, ("sideways",)), "no"),
     ),
     "driving force falls below g_c": (
-        *("holes", scaled, ("hoop", "cf_norm", 0.1), (claims.holes_conditions, ("to the end",))),
+        *(
+            "holes",
+            scaled,
+            ("hoop", "cf_norm", 0.1),
+            (holes_claims.holes_conditions, ("to the end",)),
+        ),
         "no",
     ),
-    "J is 1 % low": ("holes", scaled, ("cf", "J", 0.99), (claims.holes_energy, ("fixed",)), "no"),
+    "J is 1 % low": (
+        "holes",
+        scaled,
+        ("cf", "J", 0.99),
+        (holes_claims.holes_energy, ("fixed",)),
+        "no",
+    ),
     "work is lost before the arrival": (
         *("holes", scaled, ("crack_control", "external_work", 1.03)),
-        *((claims.holes_energy, ("equilibrium path",)), "no"),
+        *((holes_claims.holes_energy, ("equilibrium path",)), "no"),
     ),
     "beside the reference by more than the bar": (
         *("beam", moved, ("cf_15_5", -1.2 * BEAM), OF_BEAM, "in part"),
@@ -92,20 +112,22 @@ ALTERED = {
     "beside the reference by less": ("beam", moved, ("cf_15_5", -0.9 * BEAM), OF_BEAM, "yes"),
     "sets out 0.6 deg steeper": ("beam", moved, ("cf_15_5", -0.0212, 0, 2), OF_BEAM, "in part"),
     "comes to the left of the middle hole": (
-        *("beam", moved, ("cf_15_5", -20.0), (claims.beam_cases, ("Case I,",)), "no"),
+        *("beam", moved, ("cf_15_5", -20.0), (beam_claims.beam_cases, ("Case I,",)), "no"),
     ),
     "keeps away from the holes": (
-        *("beam", moved, ("cf_15_5", 20.0), (claims.beam_cases, ("Case I,",)), "in part"),
+        *("beam", moved, ("cf_15_5", 20.0), (beam_claims.beam_cases, ("Case I,",)), "in part"),
     ),
-    "is not arrested": (*("beam", without_arrest, (), (claims.beam_cases, ("Case II",)), "no"),),
+    "is not arrested": (
+        *("beam", without_arrest, (), (beam_claims.beam_cases, ("Case II",)), "no"),
+    ),
     "the finest passes 0.7 mm further off": (
-        *("beam", moved, ("first_3", -0.5, 0.5), (claims.near_miss, ()), "no"),
+        *("beam", moved, ("first_3", -0.5, 0.5), (beam_claims.near_miss, ()), "no"),
     ),
     "a coarse one is caught": (
         "beam",
         moved,
         ("first_12", 2.5, -2.5),
-        (claims.near_miss, ()),
+        (beam_claims.near_miss, ()),
         "no",
     ),
 }
@@ -121,8 +143,8 @@ def test_claims_follow_the_data(evidence, name):
 def test_a_path_that_ends_before_the_points_has_not_held(evidence):
     shear, holes = (getattr(evidence, study).isel(step=slice(0, 3)) for study in ("shear", "holes"))
     short = replace(evidence, shear=shear, holes=holes)
-    assert set(held(short, claims.shear_path, ())) == {"no"}
-    assert "yes" not in held(short, claims.holes_path, ())
+    assert set(held(short, edge_claims.shear_path, ())) == {"no"}
+    assert "yes" not in held(short, holes_claims.holes_path, ())
 
 
 def test_the_last_ligament_must_break_by_itself(evidence):
@@ -130,7 +152,9 @@ def test_the_last_ligament_must_break_by_itself(evidence):
     slow = xr.where(evidence.holes.variant == "crack_control", 0.02, evidence.holes.load_factor)
     calm = evidence.holes.assign(load_factor=slow)
     calm = scaled(calm, "crack_control", "strain_energy", xr.where(calm.step < 6, 1.0, 10.0 / 27.0))
-    assert held(replace(evidence, holes=calm), claims.holes_energy, ("equilibrium",)) == ["no"]
+    assert held(replace(evidence, holes=calm), holes_claims.holes_energy, ("equilibrium",)) == [
+        "no"
+    ]
 
 
 def test_released_energy_ends_where_a_tip_has_no_j():
