@@ -39,7 +39,7 @@ def pose(
 def unloaded(grid: Grid, prescribed: Any = False) -> Loading:
     """No loads, and some components of displacement held at zero."""
     shape = grid.nodes.shape
-    return Loading(np.zeros(shape, bool) | prescribed, NodalLoads.none(len(grid.nodes)), {}, 0)
+    return Loading(np.zeros(shape, bool) | prescribed, NodalLoads.none(len(grid.nodes)), {})
 
 
 def driven(grid: Grid, nodes: Any, values: Floats) -> Loading:
@@ -48,7 +48,7 @@ def driven(grid: Grid, nodes: Any, values: Floats) -> Loading:
     displacement = np.zeros_like(grid.nodes)
     prescribed[nodes], displacement[nodes] = True, values
     nothing = NodalLoads.none(len(grid.nodes))
-    return Loading(prescribed, replace(nothing, displacement=displacement), {}, 0)
+    return Loading(prescribed, replace(nothing, displacement=displacement), {})
 
 
 def balanced(problem: BoundaryValueProblem) -> Equilibrium:

@@ -31,7 +31,11 @@ from cfmpm.fracture.interaction import (
     least_energy_release_rate,
 )
 from cfmpm.fracture.pressed_faces import PressedFaces
+from cfmpm.fracture.relieved import relieved_nodes
 from cfmpm.registry.criteria import DEFAULT_DIRECTION
+
+# Values of a tip that hold in a part that carries nothing too.
+_OF_PLACE = {"domain_radius", "min_opening"}
 
 
 def evaluate_tips(
@@ -48,6 +52,7 @@ def evaluate_tips(
 
     At finite deformation G is J, and stationary tips have K and T where strain around them is small
     (`corotation`). A tip on the interface of two materials has no K and no T; its G is J.
+    A tip in a part that has come off and carries nothing has no values.
 
     Parameters
     ----------
@@ -73,6 +78,8 @@ def evaluate_tips(
     """
     grid = body.grid
     openings = smallest_openings(grid, balance.displacement, balance.finite)
+    if not grid.tips:
+        return {}
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         material = body.materials.row(regions_ahead(grid, tip, tip.tangent)[0])
@@ -106,7 +113,11 @@ def evaluate_tips(
             row |= _pressed(near, largest, material)
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
-    return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
+    values = {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
+    relieved = relieved_nodes(body, balance)[[tip.node for tip in grid.tips]]
+    for name in values.keys() - _OF_PLACE:
+        values[name][relieved] = np.nan
+    return values
 
 
 def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
@@ -116,7 +127,8 @@ def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
     return {
         "domain_radius": radius,
         "J_radius": j,
-        "G_radius": j,
+        # Of a tip that contact closes, J can be below zero: no energy release rate is.
+        "G_radius": j if j >= 0.0 else math.nan,
         "cf_norm_radius": float(np.hypot(*force)),
         "cf_angle_radius": cf.angle(force, near.tip),
     }

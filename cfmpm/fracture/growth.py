@@ -217,11 +217,12 @@ def _headings(
 ) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
     """Find the direction of growth of each tip, by its name, and which tips cannot grow, (tip,).
 
-    A tip cannot grow if it is closed, or if the criterion gives no direction; its direction is
-    then the tangent. At finite deformation there is no K. There, contact of the crack faces leaves
-    in J only the contribution of shear, which counts where it is above the error of the method.
+    A tip cannot grow if it is closed, if it lies in a part that carries nothing, or if the
+    criterion gives no direction; its direction is then the tangent. At finite deformation there is
+    no K. There, contact of the crack faces leaves in J only the contribution of shear, which counts
+    where it is above the error of the method.
     """
-    closed = np.zeros(len(grid.tips), bool)
+    closed = np.isnan(values["G"]) if grid.tips else np.zeros(0, bool)
     without_k = np.ones(len(grid.tips), bool)
     if "K_I" in values:
         closed |= is_closed(np.asarray(values["K_I"]), np.asarray(values["K_II"]))
@@ -280,7 +281,7 @@ def _advance(
     for i, name in enumerate(names):
         k_1, k_2 = float(values["K_I"][i]), float(values["K_II"][i])
         if math.isnan(k_1):  # on the interface of two materials: the range before it is kept
-            spans.append(known.get(name, 0.0))
+            spans.append(0.0 if closed[i] else known.get(name, 0.0))
         else:
             low = None
             if least is not None:

@@ -47,7 +47,7 @@ class Start:
 
 
 # Of the layout of the file.
-FORMAT = 6
+FORMAT = 7
 # Of `Motion`, what does not follow from the reference.
 MOTION = ("displacement", "triangle", "base", "smoothed")
 Arrays = dict[str, NDArray[Any]]
@@ -79,6 +79,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
+        "came_off": record.came_off,
         "seconds": [step.seconds for step in record.steps],
         "decision": None if decision is None else asdict(decision),
         "level": stage.level,
@@ -139,6 +140,7 @@ def read_checkpoint(path: Path) -> Start:
     record = Record(scene, expand(scene), Origin(**origin))
     record.notes = texts["notes"]
     record.warnings = dict.fromkeys(texts["warnings"])
+    record.came_off = [np.array(centre) for centre in texts["came_off"]]
     record.steps = _read_steps(arrays, texts["seconds"])
     decision = texts["decision"]
     if decision is not None:

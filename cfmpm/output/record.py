@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Triangulation
-from cfmpm.body.loads import Loading
 from cfmpm.ending import Ending, LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
-from cfmpm.output import choices, variables
+from cfmpm.fracture.relieved import relieved_nodes
+from cfmpm.output import choices, invariants, variables, work
 from cfmpm.output.history import StepRecord, build_history
 from cfmpm.output.warnings import of_history, of_state
 from cfmpm.registry.solvers import SOLVERS
@@ -79,6 +79,7 @@ class Record:
         self.notes: dict[str, Any] = {}
         self.finite = False
         self.decision: Decision | None = None
+        self.came_off: list[Floats] = []
 
     @classmethod
     def of(cls, scene: Scene, stage: Stage) -> Self:
@@ -117,12 +118,13 @@ class Record:
         ):
             values[name] = np.full(len(self.origin.tips), np.nan)
             values[name][rows] = found
-        conjugates = _conjugates(body, balance, scale)
+        conjugates = work.conjugates(body, balance, scale)
         values["jump"] = float(self._jumped(values["tip_status"]))
+        values["released_energy"] = work.released(self.steps, body, balance, factor)
         values["external_work"] = (
             balance.external_work
             if balance.finite
-            else self._work_done(body, balance, factor, jumped=bool(values["jump"]))
+            else work.done(self.steps, body, balance, factor, jumped=bool(values["jump"]))
         )
         if self.full.fatigue is None:
             spent = body.grown.fracture_energy
@@ -131,7 +133,8 @@ class Record:
         self.steps.append(StepRecord(factor, values, seconds, conjugates))
         self.notes |= choices.choices(self.full, body, balance)
         self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance))
-        self.warnings |= dict.fromkeys(of_state.doubts_at_tips(body, tips))
+        off = invariants.came_off(body, len(self.steps), self.came_off)
+        self.warnings |= dict.fromkeys([*off, *of_state.doubts_at_tips(body, tips)])
         self.warnings |= dict.fromkeys(of_state.doubts_of_fixed_loads(body, balance, tips))
 
     def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
@@ -202,8 +205,11 @@ class Record:
             },
         )
         growth = self.full.growth
-        first = of_history.doubts_of_release_rates(history, growth)
-        first += of_history.doubts_of_kinematics(history, self.full, finite=self.finite)
+        first = [
+            *invariants.violations(history),
+            *of_history.doubts_of_release_rates(history, growth),
+            *of_history.doubts_of_kinematics(history, self.full, finite=self.finite),
+        ]
         if growth is None:
             found = of_history.doubts_of_domains(history)
         else:
@@ -262,27 +268,6 @@ class Record:
         )
         return bool((now & ~before).any())
 
-    def _work_done(self, body: Body, balance: Equilibrium, factor: float, *, jumped: bool) -> float:
-        """External work since the start, by the trapezoidal rule over the steps [N].
-
-        The work of fixed loads follows from the displacement alone; in the first step they are
-        increased together with the proportional loads. A last ligament breaks at the load factor
-        of the step before; the load factor changes after that.
-        """
-        now = _conjugates(body, balance, balance.scale(factor))
-        work, last_factor, last = 0.0, 0.0, (0.0, 0.0, 0.0)
-        if self.steps:
-            work = float(self.steps[-1].values["external_work"])
-            last_factor, last = self.steps[-1].load_factor, self.steps[-1].conjugates
-        elif not balance.proportional:
-            work = 0.5 * (_work_on_fixed_grips(body, balance) - now[2])
-        broken = _conjugates_at(body, balance, factor, last_factor) if jumped else None
-        if broken is not None:
-            work += last_factor * (broken[0] - last[0]) + (broken[2] - last[2])
-            last = broken
-        work += 0.5 * (factor + last_factor) * (now[0] - last[0]) + (now[2] - last[2])
-        return work + 0.5 * (now[1] + last[1]) * (factor - last_factor)
-
     def _stability(self) -> NDArray[np.int8]:
         """Stability of growth from each step on, under crack control."""
         growth = self.full.growth
@@ -299,46 +284,17 @@ class Record:
         return flags
 
 
-def _conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float, float]:
-    """Work conjugates of dead loads, grips and fixed loads; see `StepRecord` [N]."""
-    loading = body.loading
-    # Zero where the displacement is prescribed: a force there does no work.
-    free = balance.displacement - loading.at(balance.load_factor).displacement
-    dead, grip, fixed = _sums(loading, free, balance.internal_force - balance.contact_force)
-    return scale * dead, scale * grip, scale * fixed
+def _lengths(mesh: Triangulation) -> dict[str, float]:
+    """Length of each crack [mm]."""
+    return {
+        name: float(np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T).sum())
+        for name, pairs in mesh.cracks.items()
+    }
 
 
-def _conjugates_at(
-    body: Body, balance: Equilibrium, factor: float, other: float
-) -> tuple[float, float, float] | None:
-    """The same for a linear body at another load factor; None where unknown."""
-    now = _conjugates(body, balance, balance.scale(factor))
-    if balance.parts is None:
-        return (
-            None
-            if factor == 0.0
-            else (now[0] * other / factor, now[1] * other / factor, now[2] * other / factor)
-        )
-    part, loading = balance.parts.proportional, body.loading
-    free = part.displacement - loading.proportional.displacement
-    slopes = _sums(loading, free, part.internal_force)
-    dead, grip, fixed = (a + (other - factor) * b for a, b in zip(now, slopes, strict=True))
-    return dead, grip, fixed
-
-
-def _sums(loading: Loading, free: Floats, force: Floats) -> tuple[float, float, float]:
-    """Sums of dead force times displacement, force times prescribed displacement, fixed force."""
-    unit = loading.proportional
-    fixed = 0.0 if loading.fixed is None else float((loading.fixed.force * free).sum())
-    return float((unit.force * free).sum()), float((force * unit.displacement).sum()), fixed
-
-
-def _work_on_fixed_grips(body: Body, balance: Equilibrium) -> float:
-    """Sum of reactions times fixed displacements [N]."""
-    fixed = body.loading.fixed
-    if fixed is None:
-        return 0.0
-    return float(((balance.internal_force - balance.contact_force) * fixed.displacement).sum())
+def _end_node(mesh: Triangulation, crack: str, end: int) -> int:
+    pairs = mesh.cracks[crack]
+    return int(pairs[0, 0] if end == 0 else pairs[-1, 1])
 
 
 def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
@@ -346,6 +302,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     loading, source, u = body.loading, balance.points, balance.displacement
     applied = loading.at(balance.load_factor).force
     held = balance.internal_force - applied - balance.contact_force
+    held[relieved_nodes(body, balance)] = 0.0
     parts, factor = loading.boundaries.values(), balance.load_factor
     reaction = np.array(
         [
@@ -378,6 +335,8 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "unstable_points": balance.unstable_points,
         "finite_effect": balance.finite_effect * (abs(factor) if balance.finite else 1.0),
         "residual_norm": balance.residual_norm,
+        "force_imbalance": invariants.force_imbalance(body, balance),
+        "free_parts": len(loading.holds.free_parts),
         "negative_pivots": _negative_pivots(balance.solver),
         "n_points": len(body.points),
         "n_nodes": len(body.grid.nodes),

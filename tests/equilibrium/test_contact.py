@@ -7,7 +7,7 @@ import pytest
 import round_off
 from scipy.sparse import csc_array, eye_array
 
-from cfmpm.equilibrium import contact
+from cfmpm.equilibrium import complementarity
 from cfmpm.errors import SolveError
 from cfmpm.linear.solvers import Solution
 
@@ -26,7 +26,7 @@ def pressed(matrix, gap, slack=0.0):
     """Forces and openings of the pairs."""
     body = Flexibility(matrix)
     push = csc_array(eye_array(len(gap)))
-    force = contact._complementary_force(np.array(gap, float), slack, push, body)
+    force = complementarity.Flexibility(push, body).complementary_force(np.array(gap, float), slack)
     return force, gap + body.matrix @ force
 
 

@@ -18,7 +18,8 @@ from cfmpm import build
 from cfmpm.body import body as bodies
 from cfmpm.body.crack_faces import face_pairs, smallest_openings
 from cfmpm.body.grid import build_grid
-from cfmpm.equilibrium import balance, contact, small_strain
+from cfmpm.body.loads import Loading, NodalLoads
+from cfmpm.equilibrium import balance, complementarity, contact, small_strain
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.fracture.interaction import IntensityFactors, intensity_factors
@@ -377,7 +378,7 @@ def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     factor = solvers.select(n, "superlu").factor(csr_array(K))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contact, "PATIENCE", patience)
-        patch.setattr(contact, "ROUNDS", 5000)
+        patch.setattr(complementarity, "ROUNDS", 5000)
         force = contact._complementary_force(gap, 1e-12, csc_array(eye_array(n)), factor)
     opening = gap + np.linalg.solve(K, force)
     assert (force >= 0).all()
@@ -398,7 +399,7 @@ def test_each_column_is_solved_once(monkeypatch):
 
 
 def test_no_end_is_an_error(monkeypatch):
-    monkeypatch.setattr(contact, "ROUNDS", 1)
+    monkeypatch.setattr(complementarity, "ROUNDS", 1)
     with pytest.raises(SolveError, match=r"after 1 steps .* pairs of nodes still overlap"):
         solve(bent_beam("T6", BEAMS["straight"]))
 
@@ -412,6 +413,7 @@ class TestTurnedFaces:
         full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
         self.grid = build.build(full).grid
         self.free = np.zeros((len(self.grid.nodes), 2), bool)
+        self.loading = Loading(self.free, NodalLoads.none(len(self.grid.nodes)), {})
         x, y = (self.grid.nodes / np.abs(self.grid.nodes).max()).T
         turned = self.grid.nodes @ np.array([[0.6, 0.8], [-0.8, 0.6]]) - self.grid.nodes
         bent = np.column_stack([x * y, y**2 - 0.5 * x**2])
@@ -419,7 +421,7 @@ class TestTurnedFaces:
         return self.at(self.shape)
 
     def at(self, shape):
-        return contact.CrackFaces(self.grid).turned(self.free, shape)
+        return contact.CrackFaces(self.grid).turned(self.loading, shape)
 
     def slopes(self, quantity, direction, step=1e-5):
         """Central difference."""
@@ -465,6 +467,6 @@ class TestTurnedFaces:
 
     def test_at_rest_they_are_those_of_small_strain(self, faces):
         turned = self.at(np.zeros_like(self.shape))
-        rest = contact.CrackFaces(self.grid).at_rest(self.free)
+        rest = contact.CrackFaces(self.grid).at_rest(self.loading)
         np.testing.assert_allclose(turned.push.toarray(), rest.push.toarray(), atol=1e-15)
         assert not turned.opening.any()

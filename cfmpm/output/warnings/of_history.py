@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from cfmpm.mechanics import NEGLIGIBLE
-from cfmpm.output.analysis import LIGAMENT, before_arrival, parts_of_gap
+from cfmpm.output.analysis import LIGAMENT, before_arrival, in_steps, parts_of_gap
 from cfmpm.registry.criteria import DIRECTIONS
 from cfmpm.scene.growth import Growth
 from cfmpm.scene.model import Scene
@@ -72,7 +71,7 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
     felt = effect > NEGLIGIBLE
     if not finite:
         said = (
-            f"{_steps(felt)} finite deformation is neglected, which would change the strain "
+            f"{in_steps(felt)} finite deformation is neglected, which would change the strain "
             f"energy by about {100 * np.nanmax(effect):.2g} % (finite_effect); {_by_finite(scene)} "
             "takes it into account"
             if felt.any()
@@ -83,7 +82,7 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
         return []
     lost = np.isnan(history["K_I"].values) & ~np.isnan(history["J"].values)
     return [
-        f"{name}: {_steps(lost[:, i])} strain around the tip is not small, so that it has no K_I, "
+        f"{name}: {in_steps(lost[:, i])} strain around the tip is not small, so that it has no K_I, "
         "K_II and T at finite deformation, which kinematics: auto chose; G is J. "
         f"kinematics: small gives K, with a strain energy that is {100 * np.nanmax(effect):.2g} % "
         "off at the largest load (finite_effect)"
@@ -131,7 +130,7 @@ def doubts_of_domains(history: xr.Dataset) -> list[str]:
         else "refine the grid at the tip"
     )
     return [
-        f"{name}: {_steps(far.sel(tip=name).values)} {what} differs by more than "
+        f"{name}: {in_steps(far.sel(tip=name).values)} {what} differs by more than "
         f"{100 * OVER_RADII:g} % between the domain radii, so that J depends on the domain: {why}"
         for name in history["tip"].values[far.any("step")]
     ]
@@ -172,9 +171,9 @@ def doubts_of_release_rates(history: xr.Dataset, growth: Growth | None) -> list[
         if far.any():
             largest = 100.0 * float((np.abs(J - G)[far] / larger[far]).max())
             found.append(
-                f"{name}: {_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} % "
-                "of the larger one, more than their errors, so that at least one of them is wrong: "
-                + (_FINER if growth is None else _FINER_GROWING)
+                f"{name}: {in_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} "
+                "% of the larger one, more than their errors, so that at least one of them is "
+                "wrong: " + (_FINER if growth is None else _FINER_GROWING)
             )
     return found
 
@@ -201,14 +200,14 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
         if close.any():
             nearest = float(clearance[close].min())
             found.append(
-                f"{name}: {_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
+                f"{name}: {in_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
                 f"{LIGAMENT:g} element sizes, and the direction of growth is inaccurate; set "
                 "fracture.refine to a third of the clearance, or reduce mesh.hole_size"
             )
         coarse = before & (h > COARSER * h[0])
         if coarse.any():
             found.append(
-                f"{name}: {_steps(coarse)} the elements at the tip are up to "
+                f"{name}: {in_steps(coarse)} the elements at the tip are up to "
                 f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start, since the tip "
                 "has left the refined part of the grid; fracture.refine keeps the grid refined "
                 "around the tip"
@@ -217,7 +216,7 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
         border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
         if border.any() and np.isfinite(tip["K_I"]).any():
             found.append(
-                f"{name}: {_steps(border)} the tip lies on the interface of two materials, where "
+                f"{name}: {in_steps(border)} the tip lies on the interface of two materials, where "
                 "K_I and K_II are not defined; J is compared with g_c, and the crack grows "
                 "straight ahead"
             )
@@ -236,9 +235,3 @@ def _open_balance(history: xr.Dataset) -> list[str]:
         f"{100 * parts[0]:.2g} % of the external work, which measures the error of G along the "
         "path; reduce it by fracture.refine or a smaller mesh.size"
     ]
-
-
-def _steps(where: NDArray[np.bool_]) -> str:
-    """Name the range of steps from the first to the last marked one."""
-    first, last = np.flatnonzero(where)[[0, -1]] + 1
-    return f"in step {first}" if first == last else f"in steps {first} to {last}"
