@@ -366,7 +366,7 @@ def test_faces_may_lie_on_supports():
     assert solved.balance.contact_pairs > 0
 
 
-@pytest.mark.parametrize("patience", [0, contact.PATIENCE])
+@pytest.mark.parametrize("patience", [0, complementarity.PATIENCE])
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
 def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
@@ -377,7 +377,7 @@ def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     gap = rng.normal(size=n)
     factor = solvers.select(n, "superlu").factor(csr_array(K))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contact, "PATIENCE", patience)
+        patch.setattr(complementarity, "PATIENCE", patience)
         patch.setattr(complementarity, "ROUNDS", 5000)
         force = contact._complementary_force(gap, 1e-12, csc_array(eye_array(n)), factor)
     opening = gap + np.linalg.solve(K, force)
