@@ -379,7 +379,8 @@ def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(complementarity, "PATIENCE", patience)
         patch.setattr(complementarity, "ROUNDS", 5000)
-        force = contact._complementary_force(gap, 1e-12, csc_array(eye_array(n)), factor)
+        pairs = complementarity.Flexibility(csc_array(eye_array(n)), factor)
+        force = pairs.complementary_force(gap, 1e-12)
     opening = gap + np.linalg.solve(K, force)
     assert (force >= 0).all()
     assert opening.min() > -1e-9 * max(1.0, np.abs(force).max() * np.linalg.norm(np.linalg.inv(K)))
