@@ -207,7 +207,7 @@ class Record:
         growth = self.full.growth
         first = [
             *invariants.violations(history),
-            *of_history.doubts_of_release_rates(history, growth),
+            *of_history.doubts_of_release_rates(history, self.full),
             *of_history.doubts_of_kinematics(history, self.full, finite=self.finite),
         ]
         if growth is None:

@@ -152,6 +152,22 @@ def test_further_rules_of_a_geometry(tmp_path):
     assert reasons == {"fracture.radii[1]": "20 is larger than the body, 8"}
 
 
+def test_warnings_do_not_advise_keys_that_a_file_has_no_use_for(tmp_path):
+    """A coarse crack, and a slot whose sides meet in a sharp root."""
+    square = cracked(a=[(0, 4), (1, 4)])
+    for new in square.open_above([(x, 6) for x in range(4)]).values():
+        x, y = square.nodes[new]
+        square.nodes[new] = (x, y + 0.02 * (4 - x))
+    history = run(scene_of(square.write(tmp_path / "a.msh"), cracks=["a"])).history
+    told = history.attrs["warnings"]
+    assert "give the mesh file smaller elements there" in told
+    assert "(in the mesh file)" in told
+    assert "sharp notch" in told
+    assert "with a physical curve from (0, 6.04) to (4, 6) that mesh_file.cracks lists" in told
+    for key in ("mesh.size", "mesh.grading", "geometry."):
+        assert key not in told
+
+
 def test_an_edge_may_be_called_boundary(tmp_path):
     square = Square()
     square.lines["boundary"] = square.lines.pop("top")

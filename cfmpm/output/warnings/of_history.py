@@ -24,6 +24,10 @@ _FINER = (
     "the grid is too coarse at the tip, or at a kink of the crack; mesh.grading.tip_size, or a "
     "smaller mesh.size, refines it"
 )
+_FINER_FILE = (
+    "the grid is too coarse at the tip, or at a kink of the crack; give the mesh file smaller "
+    "elements there"
+)
 _FINER_GROWING = (
     "the grid is too coarse; fracture.refine refines it around the growing tip. The first segments "
     "behind a kink keep this difference, since they are as short as an element on any grid"
@@ -136,7 +140,7 @@ def doubts_of_domains(history: xr.Dataset) -> list[str]:
     ]
 
 
-def doubts_of_release_rates(history: xr.Dataset, growth: Growth | None) -> list[str]:
+def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
     """Find the tips at which J and G from K_I and K_II differ by more than their stated errors.
 
     The errors are the ranges over the domain radii, `G_floor` of a closed tip, and a part of the
@@ -146,15 +150,16 @@ def doubts_of_release_rates(history: xr.Dataset, growth: Growth | None) -> list[
     Parameters
     ----------
     history : xarray.Dataset
-    growth : Growth or None
-        None for stationary cracks.
+    scene : Scene
 
     Returns
     -------
     list of str
         With the steps. Steps within the last elements before an arrival are ignored.
     """
+    growth = scene.growth
     part = J_FROM_G if growth is None else J_FROM_G_GROWING
+    finer = _FINER if scene.mesh_file is None else _FINER_FILE
     found = []
     for name in history["tip"].values:
         tip = history.sel(tip=name)
@@ -173,7 +178,7 @@ def doubts_of_release_rates(history: xr.Dataset, growth: Growth | None) -> list[
             found.append(
                 f"{name}: {in_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} "
                 "% of the larger one, more than their errors, so that at least one of them is "
-                "wrong: " + (_FINER if growth is None else _FINER_GROWING)
+                "wrong: " + (finer if growth is None else _FINER_GROWING)
             )
     return found
 
@@ -233,5 +238,5 @@ def _open_balance(history: xr.Dataset) -> list[str]:
     return [
         f"the energy balance has a gap of {100 * parts[1]:.2g} % of the fracture energy, "
         f"{100 * parts[0]:.2g} % of the external work, which measures the error of G along the "
-        "path; reduce it by fracture.refine or a smaller mesh.size"
+        "path; reduce it by fracture.refine or a finer grid"
     ]

@@ -93,7 +93,7 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
     -------
     list of str
     """
-    grid = body.grid
+    grid, own = body.grid, scene.mesh_file is None
     found = [*unusual(scene), *body.loading.warnings]
     if not body.loading.any:
         found.append(
@@ -103,8 +103,13 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
     found += [
         f"the boundary has a sharp notch with its root at ({_xy(notch.root)}) and an angle of "
         f"{notch.angle:.3g} deg, where neither K nor J is evaluated and nothing grows; if a crack "
-        "is meant, take the notch out of the outline and add geometry.cracks: "
-        f"[{{points: [[{_xy(notch.mouth)}], [{_xy(notch.root)}]]}}]"
+        + (
+            "is meant, take the notch out of the outline and add geometry.cracks: "
+            f"[{{points: [[{_xy(notch.mouth)}], [{_xy(notch.root)}]]}}]"
+            if own
+            else "is meant, mesh the body without the notch, with a physical curve from "
+            f"({_xy(notch.mouth)}) to ({_xy(notch.root)}) that mesh_file.cracks lists"
+        )
         for notch in sharp_notches(body.triangulation)
     ]
     if body.patches is not None and body.materials.plastic.any():
@@ -122,7 +127,8 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
         if not domain.growing and max(domain.radii) < RESOLVED * tip.h:
             found.append(
                 f"{tip.name}: the largest domain radius is below {RESOLVED:g} element sizes; "
-                "refine the grid at the tip (mesh.grading.tip_size, or mesh.size)"
+                "refine the grid at the tip "
+                + ("(mesh.grading.tip_size, or mesh.size)" if own else "(in the mesh file)")
             )
     return found
 
