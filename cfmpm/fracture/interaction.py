@@ -25,7 +25,8 @@ STRAIGHT = 1e-6
 NOISE, FAINT = 1e-3, 1e-2
 # Part of that and of K_II below which K_I of faces that press on each other is no opening of the
 # tip, but the error of their pressure: up to 0.05 on grids of three elements a crack length. A
-# short open kink on a crack that is pressed together has more than the pressure.
+# short open kink on a crack that is pressed together has more than the pressure. Where they do so
+# farther away only, FAINT is the limit: contact leaves no K_I below zero.
 PULLS = 0.1
 
 
@@ -95,14 +96,14 @@ def intensity_factors(
     if contact_force is not None and contact_force.any():
         pressed = PressedFaces.behind(grid, contact_force, tip)
     root = math.sqrt(np.pi * ring.radius)
-    closed, pressure = False, 0.0
-    if pressed is not None and pressed.closed:
-        pressure = pressed.mean(q)
+    closed, pressure = False, 0.0 if pressed is None else pressed.mean(q)
+    if pressed is not None and pressure > 0.0:
         uniform = ring.uniform(pressure)
         k_1, k_2, t_stress = ring.factors(uniform, pressed)
         # The stress that the tip does not make.
         steady = float(np.abs(uniform.stress).max())
-        closed = bool(k_1 <= PULLS * (steady * root + abs(k_2)))
+        limit = PULLS if pressed.closed else FAINT
+        closed = bool(k_1 <= limit * (steady * root + abs(k_2)))
         k_1 = 0.0
     if not closed:
         pressure = 0.0
