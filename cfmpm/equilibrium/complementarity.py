@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csc_array
 
-from cfmpm.body.grid import Floats, Ints
+from cfmpm.body.grid import Floats
 from cfmpm.errors import SolveError
 from cfmpm.linear.solvers import Solution
 
@@ -37,14 +37,11 @@ class Flexibility:
     push : (2 n, k) csc_array
         Forces on the free components by unit forces of the pairs.
     factor : Solver
-    yielding : (k, m) float, optional
-        Of parts on springs: the openings are more by yielding yielding^T p.
     """
 
-    def __init__(self, push: csc_array, factor: Solver, yielding: Floats | None = None) -> None:
+    def __init__(self, push: csc_array, factor: Solver) -> None:
         k = push.shape[1]
         self._push, self._factor = push, factor
-        self._yielding = np.zeros((k, 0)) if yielding is None else yielding
         self._matrix = np.zeros((k, k))
         self._known = np.zeros(k, bool)
 
@@ -53,10 +50,16 @@ class Flexibility:
         for j in np.flatnonzero(pairs & ~self._known):
             unit = self._push[:, [j]].toarray().ravel()
             self._matrix[:, j] = self._push.T @ self._factor.solve(unit).x
-            self._matrix[:, j] += self._yielding @ self._yielding[j]
         self._known |= pairs
 
-    def complementary_force(self, gap: Floats, slack: float) -> Floats:
+    def largest(self, pairs: NDArray[np.bool_]) -> float:
+        """Return the largest opening that a unit force in one of these pairs makes there [mm]."""
+        self._find(pairs)
+        return float(self._matrix.diagonal()[pairs].max())
+
+    def complementary_force(
+        self, gap: Floats, slack: float, yielding: Floats | None = None
+    ) -> Floats:
         """Find the forces of the pairs by block pivoting (Judice and Pires 1994), (k,).
 
         Parameters
@@ -65,6 +68,8 @@ class Flexibility:
             Openings without forces [mm].
         slack : float
             Overlap below which faces only touch [mm].
+        yielding : (k, m) float, optional
+            Of parts on springs: the openings are more by yielding yielding^T p.
 
         Raises
         ------
@@ -78,13 +83,15 @@ class Flexibility:
         the last of them is exchanged, which cannot cycle (Murty 1974).
         """
         k = len(gap)
+        more = np.zeros((k, 0)) if yielding is None else yielding
         closed = gap < -slack
         fewest, patience = k + 1, PATIENCE
         for _ in range(ROUNDS):
             self._find(closed)
             force = np.zeros(k)
-            force[closed] = _closing_force(self._matrix, gap, np.flatnonzero(closed))
-            opening = gap + self._matrix @ force
+            chosen = self._matrix[np.ix_(closed, closed)] + more[closed] @ more[closed].T
+            force[closed] = _closing_force(chosen, gap[closed])
+            opening = gap + self._matrix @ force + more @ (more.T @ force)
             wrong = np.where(closed, force < 0.0, opening < -slack)
             count = int(wrong.sum())
             if count == 0:
@@ -103,20 +110,19 @@ class Flexibility:
         )
 
 
-def _closing_force(flexibility: Floats, gap: Floats, closed: Ints) -> Floats:
-    """Forces that close the given pairs, with zero force in the others."""
-    if not len(closed):
+def _closing_force(flexibility: Floats, gap: Floats) -> Floats:
+    """Forces that close the pairs of a flexibility."""
+    if not len(gap):
         return np.zeros(0)
-    matrix = flexibility[np.ix_(closed, closed)]
     try:
-        factor = cho_factor(matrix)
-        sound = np.square(factor[0].diagonal()) > NOISE * matrix.diagonal()
+        factor = cho_factor(flexibility)
+        sound = np.square(factor[0].diagonal()) > NOISE * flexibility.diagonal()
     except np.linalg.LinAlgError:
         sound = np.zeros(1, bool)
     if not sound.all():
         raise SolveError(
-            f"contact of crack faces: {len(closed)} pairs of nodes cannot all be closed, since "
+            f"contact of crack faces: {len(gap)} pairs of nodes cannot all be closed, since "
             "their openings are linearly dependent; check for cracks that cross or meet at a "
             "small angle"
         )
-    return np.asarray(cho_solve(factor, -gap[closed]))
+    return np.asarray(cho_solve(factor, -gap))

@@ -23,6 +23,8 @@ TOUCH = 1e-10
 # and how often it is let go, at the most.
 SOFT = 1e4
 LETTINGS_GO = 30
+# Factor by which its force has to fall each time, else it is made softer by that, up to a limit.
+SLOW, SOFTEST = 10.0, 1e9
 
 
 @dataclass(frozen=True)
@@ -224,23 +226,27 @@ def _force_beside_free_parts(
     Notes
     -----
     The potential energy is to be least over the motions a as well. That is the proximal point
-    method (Rockafellar 1976): springs without force at a stand in for the holds, by 1/s softer than
-    the body; in each round the parts go to where the springs are strained to, and the springs are
-    let go. What is left of their forces falls by that factor each time.
+    method (Rockafellar 1976): springs without force at a stand in for the holds, by `SOFT` softer
+    than the body; in each round the parts go to where the springs are strained to, and the springs
+    are let go. What is left of their forces falls by about that factor each time.
     """
     size = np.abs(parting).max(axis=0)
     parting = parting / np.where(size > 1e-9 * size.max(), size, np.inf)
-    touching = int(np.square(parting).sum(axis=1).argmax())
-    unit = push[:, [touching]].toarray().ravel()
-    yields = SOFT * float(unit @ factor.solve(unit).x)
+    flexibility = Flexibility(push, factor)
+    softest = flexibility.largest(gap < -slack)
+    yields, last = SOFT * softest, math.inf
     moved = np.zeros(parting.shape[1])
-    flexibility = Flexibility(push, factor, math.sqrt(yields) * parting)
     for _ in range(LETTINGS_GO):
-        pressed = flexibility.complementary_force(gap + parting @ moved, slack)
-        further = yields * (parting.T @ pressed)
-        moved += further
-        if np.abs(parting @ further).max() <= slack:
+        springs = math.sqrt(yields) * parting
+        pressed = flexibility.complementary_force(gap + parting @ moved, slack, springs)
+        left = parting.T @ pressed
+        moved += yields * left
+        if np.abs(parting @ left).max() * softest <= slack / SOFT:
             return pressed, np.divide(moved, size, where=size > 0.0, out=np.zeros_like(moved))
+        # What a body yields in all can be much more than a pair does.
+        if np.abs(left).max() > last / SLOW and yields < SOFTEST * softest:
+            yields *= SLOW
+        last = float(np.abs(left).max())
     raise SolveError(
         f"contact of crack faces: {LETTINGS_GO} rounds of moving a part of the body that is cut "
         "off have not brought it to rest beside the others"
