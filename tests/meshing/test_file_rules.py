@@ -114,6 +114,10 @@ def test_boxes_of_loads(tmp_path):
     reasons = refusals(path, loads=loads)
     assert "holds no part of the boundary" in reasons["loads[0].box"]
     assert "has no width or no height" in reasons["loads[1].box"]
+    cut = cracked(a=[(0, 4), (3, 4)]).write(tmp_path / "cut.msh")
+    over = [{"box": ((-1, 3.5), (2, 4.5)), "traction": (0, 1)}]
+    reason = refusals(cut, cracks=["a"], loads=over)["loads[0].box"]
+    assert "holds 2 mm of a, and 1 mm of the boundary: loads do not act on crack faces" in reason
 
 
 def test_regions_that_overlap(tmp_path):
