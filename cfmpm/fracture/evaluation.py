@@ -88,8 +88,7 @@ def evaluate_tips(
         has_k = not (balance.finite or domain.on_border)
         if has_k:
             rings = [
-                ring | _factors_of_ring(near, body, balance, tip, radius, material)
-                for ring, radius in zip(rings, domain.radii, strict=True)
+                ring | _factors_of_ring(near, body, balance, tip, ring, material) for ring in rings
             ]
         elif stationary and _may_be_small(body, balance, tip, domain, material):
             rings = _with_corotated_factors(rings, near, body, balance, material)
@@ -139,10 +138,11 @@ def _factors_of_ring(
     body: Body,
     balance: Equilibrium,
     tip: CrackTip,
-    radius: float,
+    ring: Mapping[str, float],
     material: Materials,
 ) -> dict[str, float]:
     """Stress intensity factors, G from them, and T-stress by interaction integrals over a ring."""
+    radius = ring["domain_radius"]
     k = intensity_factors(
         near.grid,
         near.points,
@@ -153,7 +153,7 @@ def _factors_of_ring(
         body.loading.at(balance.load_factor).body_force,
         near.contact_force,
         bent_faces(body.grid, balance.displacement, tip, radius, material),
-    )
+    ).confirmed(ring["J_radius"])
     return {
         "G_radius": k.G,
         "K_I_radius": k.K_I,

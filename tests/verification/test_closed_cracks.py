@@ -190,6 +190,22 @@ def test_a_crack_that_is_pressed_shut_never_grows(growth, word, crack, element):
 
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
+def test_uneven_pressure_of_two_materials_does_not_make_it_grow(element):
+    """Symmetric about the crack: its shear is the error of the grid, which J contradicts."""
+    soft = {"E": 20e3, "nu": 0.3, "g_c": 1.0}
+    corners = [[42, 0], [SIDE, 0], [SIDE, SIDE], [42, SIDE]]
+    scene = pressed([[0.0, 30.0], [24.0, 30.0]], 6, element, growth={"control": "crack"})
+    document = scene.model_dump(mode="json", exclude_unset=True)
+    document["mesh"] = {"element": element, "size": 6}
+    document["geometry"]["regions"] = [{"name": "soft", "material": soft, "polygon": corners}]
+    history = cfmpm.run(scene_from_dict(document)).history
+    assert history.attrs["run_status"] == "stopped"
+    assert history.sizes["step"] == 1
+    assert float(history.contact_pressure[0, 0]) != pytest.approx(P, rel=0.01)
+    assert not history.K_II.values.any()
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
 def test_at_finite_deformation_it_does_not_grow_either(element):
     growth = {"control": "load", "criterion": "cf_norm", "direction": "cf"}
     scene = pressed(

@@ -18,7 +18,7 @@ COARSER = 3.0
 OVER_RADII, NO_J = 0.1, 1e-6
 # Largest relative difference of J and G, of stationary and of growing tips, and largest relative
 # energy gap, without a warning.
-J_FROM_G, J_FROM_G_GROWING = 0.02, 0.05
+J_FROM_G, J_FROM_G_GROWING = 0.03, 0.05
 OPEN_BALANCE = 0.05
 _FINER = (
     "the grid is too coarse at the tip, or at a kink of the crack; mesh.grading.tip_size, or a "
