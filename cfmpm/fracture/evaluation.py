@@ -266,7 +266,11 @@ def _j_plastic(grid: Grid, plastic: Floats, tip: CrackTip, radius: float) -> flo
 def _j_integral(near: _Neighbourhood, radius: float) -> float:
     """J over a ring [N/mm]; the radius is limited by the nearest sharp bend of the crack."""
     radius = min(radius, FILL * sharp_bend(near.tip))
-    return cf.j_integral(near.nodal, cf.virtual_extension(near.grid, near.tip, radius))
+    J = cf.j_integral(near.nodal, cf.virtual_extension(near.grid, near.tip, radius))
+    if near.contact_force is None:
+        return J
+    slid = near.contact_force, near.displacement
+    return J + cf.j_of_sliding(near.grid, near.tip, radius, *slid)
 
 
 @dataclass(frozen=True)
@@ -278,6 +282,7 @@ class _Neighbourhood:
     gradients: Floats
     nodal: Floats
     contact_force: Floats | None
+    displacement: Floats
     tip: CrackTip
 
     @classmethod
@@ -294,7 +299,8 @@ class _Neighbourhood:
         grid, points = body.grid, balance.points
         if balance.contact_pairs:
             # The contact integral uses crack faces, which have the numbers of the whole grid.
-            return cls(grid, points, gradients, nodal, balance.contact_force, tip)
+            forces = nodal, balance.contact_force
+            return cls(grid, points, gradients, *forces, balance.displacement, tip)
         inside = np.hypot(*(grid.nodes - grid.nodes[tip.node]).T) <= radius
         is_near = inside[grid.elements].any(axis=1)
         nodes, local = np.unique(grid.elements[is_near], return_inverse=True)
@@ -312,5 +318,6 @@ class _Neighbourhood:
             gradients=gradients[rows],
             nodal=nodal[nodes],
             contact_force=None,
+            displacement=balance.displacement[nodes],
             tip=replace(tip, node=int(np.searchsorted(nodes, tip.node))),
         )
