@@ -219,7 +219,7 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
 def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
     """Align segments with the directions of growth and double the tip nodes (step 8)."""
     with clock("release"):
-        body = growing.release(at.scene, at.body, state.decision.running)
+        body = growing.release(at.scene, at.body, state.decision.running, state.decision.tie)
         carried = mechanics.carry_over(balance, state.grid, body)
     return Stage(at.scene, body, state.decision, at.step + 1, at.level, carried)
 

@@ -22,6 +22,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import Problem, SceneError
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
+from cfmpm.fracture.ties import Tie
 from cfmpm.output.files import written_aside
 from cfmpm.output.history import StepRecord
 from cfmpm.output.record import Origin, Record
@@ -148,6 +149,8 @@ def read_checkpoint(path: Path) -> Start:
             decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
         if decision["progress"] is not None:
             decision["progress"] = Progress(**decision["progress"])
+        decision["tied"] = tuple(decision["tied"])
+        decision["ties"] = tuple(Tie(**tie) for tie in decision["ties"])
         decision = Decision(**decision)
     record.decision = decision
     body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])

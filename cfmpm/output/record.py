@@ -227,6 +227,14 @@ class Record:
         for i, name in enumerate(self.origin.tips):
             if name in decision.running or (decision.running and rates.get(name)):
                 values["tip_status"][i] = variables.TIP_STATUS.index("growing")
+        if self.full.growth is not None and self.full.growth.control == "crack":
+            tips = {tip.name for tip in body.grid.tips}
+            values["tied"] = np.array(
+                [
+                    float(name in decision.tied) if name in tips else np.nan
+                    for name in self.origin.tips
+                ]
+            )
         if progress is not None:
             values["cycles"] = progress.cycles
             for quantity, found in (("delta_K", progress.ranges), ("da_dN", rates)):

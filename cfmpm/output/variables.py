@@ -25,6 +25,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tip_y": (TIP, "mm", "position of the crack tip"),
     "crack_length": (TIP, "mm", "length of the crack that ends at the tip"),
     "tip_status": (TIP, "1", "status of the tip"),
+    "tied": (
+        TIP,
+        "1",
+        "1 where a tip reaches g_c at the load of the first one within the error of the grid; 0 "
+        "where not, nan without crack control",
+    ),
     "cf_x": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
     "cf_y": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
     "cf_norm": (TIP, "N mm-1", "norm of the configurational force on the largest domain"),

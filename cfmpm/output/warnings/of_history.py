@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
+from cfmpm.fracture.ties import grid_error
 from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.output.analysis import LIGAMENT, before_arrival, in_steps, parts_of_gap
 from cfmpm.registry.criteria import DIRECTIONS
@@ -226,8 +229,37 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
                 "straight ahead"
             )
     if growth.control == "crack":
-        found += _open_balance(history)
+        found += _ties(history, growth) + _open_balance(history)
     return found
+
+
+def _ties(history: xr.Dataset, growth: Growth) -> list[str]:
+    """Warn where the grid decides which tip grows first."""
+    tied, names = history["tied"].values > 0.0, history["tip"].values
+    error = grid_error({name: history[name].values for name in ("J_radius", "G_radius")})
+    found = []
+    for group in np.unique(tied[tied.any(axis=1)], axis=0):
+        steps = (tied == group).all(axis=1)
+        # Of a load, half of that of the energy release rate; twice, for two tips.
+        size = 100.0 * float(error[steps][:, group].max())
+        way = (
+            "they grow together, by equal lengths. Tips that are not meant to be alike are told "
+            "apart by a finer grid (smaller mesh.size); growth.tips: largest lets one grow alone"
+            if growth.tips == "all"
+            else "growth.tips: largest lets one of them grow alone; growth.tips: all lets them "
+            "grow together"
+        )
+        found.append(
+            f"{_listed(names[group].tolist())}: {in_steps(steps)} the loads at which they reach "
+            f"g_c agree within the error of the grid, {size:.2g} % at most (J, G and their range "
+            f"over the domain radii), so that the grid decides which grows first: {way}"
+        )
+    return found
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Name things in a sentence."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _open_balance(history: xr.Dataset) -> list[str]:
