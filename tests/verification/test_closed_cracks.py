@@ -191,7 +191,7 @@ def test_a_crack_that_is_pressed_shut_never_grows(growth, word, crack, element):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_uneven_pressure_of_two_materials_does_not_make_it_grow(element):
-    """Symmetric about the crack: its shear is the error of the grid, which J contradicts."""
+    """Symmetric about the crack: its shear is the error of the grid."""
     soft = {"E": 20e3, "nu": 0.3, "g_c": 1.0}
     corners = [[42, 0], [SIDE, 0], [SIDE, SIDE], [42, SIDE]]
     scene = pressed([[0.0, 30.0], [24.0, 30.0]], 6, element, growth={"control": "crack"})
