@@ -212,7 +212,8 @@ class Watch:
     def __call__(self, state: State, record: Record) -> None:
         for text in (*self.forces(state, record), *self.energy(state), *self.tips(state, record)):
             self.found.append(f"step {state.stage.step}: {text}")
-        self.found += [f"step {state.stage.step}: {text}" for text in overlaps(state)]
+        scale = state.balance.scale(record.steps[-1].load_factor)
+        self.found += [f"step {state.stage.step}: {text}" for text in overlaps(state, scale)]
         self.last = state
 
     def forces(self, state: State, record: Record) -> Iterator[str]:
@@ -262,14 +263,14 @@ class Watch:
                 yield f"{name} = {values.min():.3g}"
 
 
-def overlaps(state: State) -> Iterator[str]:
-    """Faces that lie in each other where no support presses them."""
+def overlaps(state: State, scale: float) -> Iterator[str]:
+    """Faces that lie in each other where no support presses them, at the load of the step."""
     grid, u = state.grid, state.displacement
     for crack in grid.crack_faces:
         turning = turning_of(grid, crack, u) if state.balance.finite else None
         pairs = face_pairs(grid, crack, turning)
         held = state.loading.supported[pairs.left] & state.loading.supported[pairs.right]
-        opening = pairs.opening(u)[~held.any(axis=1)]
+        opening = scale * pairs.opening(u)[~held.any(axis=1)]
         if not len(opening):
             continue
         size = math.sqrt(2.0 * grid.areas.min())
