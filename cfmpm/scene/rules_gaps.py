@@ -22,6 +22,8 @@ Ints = NDArray[np.int64]
 # two lines are clear of each other if they do so at 0.6 degrees or more.
 FAR = 200.0
 STEP = 5.0  # distance of the points at which lines are compared, in the same units
+# Of the size of the body: a border that passes a corner nearer than this was meant to meet it.
+MEANT = 3.0 * ON
 # In the unit frame OpenCASCADE merges what is nearer than 1e-7.
 MERGED = 1e-7
 
@@ -184,6 +186,12 @@ def _gap(border: Sequence[Side], sides: Sequence[Side], body: BodyShape) -> tupl
     if np.max(ends[1::2] - ends[::2], initial=0) > 0.5 * FAR / STEP:
         worst = int(np.argmin(np.where(beside, gap, np.inf)))
         return float(gap[worst]), (float(points[worst, 0]), float(points[worst, 1]))
+    corners = np.array([end for side in sides for end in (side.start, side.end)])
+    off = np.min([side.distances(corners) for side in border], axis=0)
+    cut = (off > merged) & (off <= MEANT * body.size)
+    if cut.any():  # the border would cut a side so near to its end that names are lost
+        worst = int(np.argmax(cut))
+        return float(off[worst]), (float(corners[worst, 0]), float(corners[worst, 1]))
     all_of_one, all_of_other = (shapely.union_all(lines) for lines in (one, other))
     nearest = shapely.distance(all_of_one, all_of_other)
     if gap.min() <= merged or not merged < nearest <= clear:

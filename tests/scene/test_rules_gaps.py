@@ -113,6 +113,14 @@ REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
         "regions[1]",
         f"s and region r are 0.0001 apart near (4.0001, 2): lines {COINCIDE}",
     ),
+    "a border that misses a corner of a hole": (
+        {
+            "holes": [{"polygon": [[4, 5], [6, 5], [6, 6], [4, 6]]}],
+            "regions": [upper(5 + 1e-5, 5)],
+        },
+        "regions[0]",
+        "r and hole_1 are 6e-06 apart near (4, 5)",
+    ),
     "a tip beside a border": (
         {"regions": [upper(5.0005)], "cracks": [{"points": [[5, 2], [5, 5]]}]},
         "regions[0]",
