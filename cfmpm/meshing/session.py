@@ -81,8 +81,9 @@ def in_child(work: Callable[[], Made]) -> Made:
     MeshError
         If the child ends without a result, as in a crash of gmsh.
     """
-    if threading.current_thread() is not threading.main_thread() or not hasattr(os, "fork"):
-        return work()  # signals come to the main thread only
+    # Signals come to the main thread only; elsewhere a copy of a process may not be usable.
+    if threading.current_thread() is not threading.main_thread() or sys.platform != "linux":
+        return work()
     reader, writer = os.pipe()
     with warnings.catch_warnings():
         # The child runs no other thread of this process and takes none of their locks.
@@ -138,8 +139,7 @@ def _answer(work: Callable[[], Made], writer: int, mask: set[signal.Signals | in
 
 def _end_with_parent() -> None:
     """Ask Linux to end this process when its parent is killed."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 @contextmanager
