@@ -292,13 +292,23 @@ def _turned(problem: BoundaryValueProblem, balance: Equilibrium) -> Equilibrium:
     under compression, it remains held.
     """
     loading = problem.loading
-    if not loading.turning.size or balance.stopped:
+    if not loading.holds.turning.size or balance.stopped:
         return balance
     prescribed = loading.prescribed.copy()
-    prescribed[tuple(loading.turning.T)] = False
+    prescribed[tuple(loading.holds.turning.T)] = False
     try:
         return stepping.rebalance(
             replace(problem, loading=replace(loading, prescribed=prescribed)), balance
         )
     except SolveError:
         return balance
+
+
+def leans(body: Body, balance: Equilibrium) -> bool:
+    """Whether a rotation that the program holds carries a force at finite deformation."""
+    places = tuple(body.loading.holds.turning.T)
+    if not balance.finite or not body.loading.holds.turning.size:
+        return False
+    force = balance.internal_force - body.loading.at(balance.load_factor).force
+    largest = np.abs(balance.internal_force).max(initial=0.0)
+    return bool(np.abs(force[places]).max() > 1e-6 * largest)

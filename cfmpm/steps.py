@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from cfmpm import mechanics
+from cfmpm.body.body import Body
 from cfmpm.build import build
 from cfmpm.clock import Clock
 from cfmpm.ending import LastCracks, RunEnded
@@ -87,7 +88,20 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
         if before.balance.finite:
             raise RunEnded("unstable", f"unstable: {failure}") from failure
         raise error from failure
+    if before is not None and _turned_away(before, body, balance):
+        raise RunEnded(
+            "unstable",
+            "unstable: as a crack grew, the loads turn away the body, whose rotation no support "
+            "holds",
+        )
     return balance
+
+
+def _turned_away(before: State, body: Body, balance: Equilibrium) -> bool:
+    """Whether growth at a load that is held has left no balance that the body can turn to."""
+    grown = balance.finite and balance.load_factor == before.balance.load_factor
+    was = mechanics.leans(before.body, before.balance)
+    return grown and not was and mechanics.leans(body, balance)
 
 
 def _at_growth(at: Stage, balance: Equilibrium, clock: Clock) -> Equilibrium:
@@ -205,7 +219,7 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
 def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
     """Align segments with the directions of growth and double the tip nodes (step 8)."""
     with clock("release"):
-        body = growing.release(at.scene, at.body, state.decision.running)
+        body = growing.release(at.scene, at.body, state.decision.running, state.decision.tie)
         carried = mechanics.carry_over(balance, state.grid, body)
     return Stage(at.scene, body, state.decision, at.step + 1, at.level, carried)
 

@@ -47,7 +47,7 @@ def of_scene(scene: Scene) -> BoundaryValueProblem:
 def unloaded(grid: Grid, prescribed: Any = False) -> Loading:
     """No loads, and some components of displacement held at zero."""
     shape = grid.nodes.shape
-    return Loading(np.zeros(shape, bool) | prescribed, NodalLoads.none(len(grid.nodes)), {}, 0)
+    return Loading(np.zeros(shape, bool) | prescribed, NodalLoads.none(len(grid.nodes)), {})
 
 
 def driven(grid: Grid, nodes: Any, values: Floats) -> Loading:
@@ -56,7 +56,7 @@ def driven(grid: Grid, nodes: Any, values: Floats) -> Loading:
     displacement = np.zeros_like(grid.nodes)
     prescribed[nodes], displacement[nodes] = True, values
     nothing = NodalLoads.none(len(grid.nodes))
-    return Loading(prescribed, replace(nothing, displacement=displacement), {}, 0)
+    return Loading(prescribed, replace(nothing, displacement=displacement), {})
 
 
 def balanced(problem: BoundaryValueProblem) -> Equilibrium:

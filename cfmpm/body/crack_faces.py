@@ -9,6 +9,11 @@ import numpy.typing as npt
 
 from cfmpm.body.grid import Floats, Grid, Ints
 
+# Bends by more than this [rad] are corners. On both sides of a corner faces press on each other
+# along their own normals, and faces that are closed there cannot slide past it. Less are those of
+# a curve that is divided into edges: faces slide along it.
+CORNER = np.radians(9.0)
+
 
 @dataclass(frozen=True)
 class FacePairs:
@@ -17,10 +22,11 @@ class FacePairs:
     Attributes
     ----------
     left, right : (k,) int
-        Coincident nodes of the left and right face of the crack, without tips.
+        Coincident nodes of the left and right face of the crack, without tips; twice at a corner.
     normal : (k, 2) float
-        Unit normal from the right to the left face. At a kink it is the mean of the adjacent edges
-        weighted with their lengths, which is the direction of the force by a uniform pressure.
+        Unit normal from the right to the left face: at a corner that of the one edge and of the
+        other, at a lesser bend the mean weighted with their lengths, which is the direction of the
+        force by a uniform pressure.
     """
 
     left: Ints
@@ -83,9 +89,17 @@ def face_pairs(grid: Grid, crack: str, turning: Turning | None = None) -> FacePa
     along = grid.nodes[left[:, 1]] - grid.nodes[left[:, 0]]
     across = np.column_stack([-along[:, 1], along[:, 0]])
     nodes = np.stack([left, right], axis=2).reshape(-1, 2)
-    pairs, number = np.unique(nodes, axis=0, return_inverse=True)
+    by_edge = np.repeat(across, left.shape[1], axis=0)
+    pairs, first, number = np.unique(nodes, axis=0, return_index=True, return_inverse=True)
     normal = np.zeros((len(pairs), 2))
-    np.add.at(normal, number.ravel(), np.repeat(across, left.shape[1], axis=0))
+    np.add.at(normal, number.ravel(), by_edge)
+    last = len(nodes) - 1 - np.unique(nodes[::-1], axis=0, return_index=True)[1]
+    before, behind = by_edge[first], by_edge[last]
+    cross = before[:, 0] * behind[:, 1] - before[:, 1] * behind[:, 0]
+    sharp = np.abs(np.arctan2(cross, (before * behind).sum(axis=1))) > CORNER
+    normal[sharp] = before[sharp]
+    pairs = np.concatenate([pairs, pairs[sharp]])
+    normal = np.concatenate([normal, behind[sharp]])
     normal /= np.hypot(*normal.T)[:, None]
     if turning is not None:
         turned = turning.rotation * (normal[:, 0] + 1j * normal[:, 1])

@@ -14,7 +14,7 @@ from cfmpm.body.boundary import Segments, find_segments, nodes_and_weights
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.points import MaterialPoints
 from cfmpm.body.protocols import GivenLoad, TrueSide
-from cfmpm.body.rigid_motions import BALANCE, hold_rigid_motions, loose_motions
+from cfmpm.body.rigid_motions import BALANCE, Holds, hold_rigid_motions, loose_motions
 from cfmpm.errors import Problem, SceneError
 from cfmpm.kernels import assembly
 from cfmpm.registry.loads import LOADS
@@ -115,12 +115,10 @@ class Loading:
         At load factor one.
     boundaries : dict of str to Boundary
         The parts of the boundary at which forces and displacements are reported.
-    held : int
-        Number of rigid motions without support that are held at nodes.
+    holds : Holds
+        Where rigid motions without support are held; `prescribed` includes it.
     warnings : tuple of str
         Warnings about loads that act only on a support.
-    turning : (r, 2) int
-        Node and component at which a rotation is held, one for each part with such a rotation.
     loose : (m, n, 2) float
         Rigid motions of the whole body without support, orthonormal:
         ``(node_area * motion_i * motion_j).sum()`` is 1 for i = j, else 0.
@@ -135,13 +133,36 @@ class Loading:
     prescribed: NDArray[np.bool_]
     proportional: NodalLoads
     boundaries: Mapping[str, Boundary]
-    held: int
+    holds: Holds = field(default_factory=Holds.none)
     warnings: tuple[str, ...] = ()
-    turning: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     loose: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     node_area: Floats = field(default_factory=lambda: np.ones((1, 1)))
     fixed: NodalLoads | None = None
     fixed_names: frozenset[str] = frozenset()
+
+    @property
+    def held(self) -> int:
+        """Number of rigid motions that the program itself holds."""
+        return len(self.holds.places)
+
+    @property
+    def supported(self) -> NDArray[np.bool_]:
+        """Components that loads and supports prescribe, without what the program holds; (n, 2)."""
+        supported = self.prescribed.copy()
+        supported[tuple(self.holds.places.T)] = False
+        return supported
+
+    def free_motions(self, x: Floats) -> Floats:
+        """Return the loose motions of all free parts, one a column; (2 n, m).
+
+        Parameters
+        ----------
+        x : (n, 2) float
+            Where the nodes are [mm].
+        """
+        supported = self.supported
+        motions = [part.motions(x, supported) for part in self.holds.free_parts]
+        return np.concatenate([np.zeros((*x.shape, 0)), *motions], axis=2).reshape(2 * len(x), -1)
 
     @property
     def free(self) -> Ints:
@@ -255,13 +276,12 @@ def apply_loads(
     if fixed:
         # Each part has to be in equilibrium by itself.
         hold_rigid_motions(grid, prescribed.copy(), constant.force)
-    held, turning = hold_rigid_motions(grid, prescribed, proportional.force)
+    holds = hold_rigid_motions(grid, prescribed, proportional.force)
     return Loading(
         prescribed=prescribed,
         proportional=proportional,
         boundaries=nodal.boundaries,
-        held=held,
-        turning=turning,
+        holds=holds,
         warnings=tuple(warnings),
         loose=loose,
         node_area=node_area,

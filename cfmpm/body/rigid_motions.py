@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -29,24 +31,93 @@ class UnheldError(SceneError):
         super().__init__(problems)
 
 
-def hold_rigid_motions(
-    grid: Grid, prescribed: NDArray[np.bool_], force: Floats
-) -> tuple[int, Ints]:
-    """Hold the rigid motions without support of each connected part; changes `prescribed`.
+@dataclass(frozen=True)
+class FreePart:
+    """A part of a body that has come apart, with rigid motions that no support holds.
 
-    Returns
-    -------
-    held : int
-        Number of these motions.
-    turning : (r, 2) int
-        As in `Loading`.
+    The program holds these motions at single nodes so that there is one solution, but the holds may
+    not carry a force: what touches the part moves it.
+
+    Attributes
+    ----------
+    nodes : (k,) int
+    loose : (r, 3) float
+        Sums of its two translations and its rotation that move nothing that is prescribed.
+    centre : (2,) float
+        Of its nodes [mm].
     """
-    element_part = _connected_parts(grid)
+
+    nodes: Ints
+    loose: Floats
+    centre: Floats
+
+    def motions(self, x: Floats, supported: NDArray[np.bool_]) -> Floats:
+        """Return its loose motions as displacements of all nodes, (n, 2, r).
+
+        Parameters
+        ----------
+        x : (n, 2) float
+            Where the nodes are [mm].
+        supported : (n, 2) bool
+            Components that loads and supports prescribe.
+        """
+        modes = rigid_body_modes(x[self.nodes], np.ones((len(self.nodes), 2), bool))
+        motions = np.zeros((*x.shape, len(self.loose)))
+        motions[self.nodes] = (modes @ self.loose.T).reshape(len(self.nodes), 2, -1)
+        motions[supported] = 0.0  # which they are, but for round-off and what has turned
+        return motions
+
+
+@dataclass(frozen=True)
+class Holds:
+    """Where the program holds rigid motions that no support holds.
+
+    Attributes
+    ----------
+    places : (h, 2) int
+        Node and component of each.
+    turning : (r, 2) int
+        Those of them that hold a rotation on which loads may work once the body bends, at most one
+        for each part.
+    free_parts : tuple of FreePart
+        Of a body in several parts; one in a single part has no other to push it.
+    """
+
+    places: Ints
+    turning: Ints
+    free_parts: tuple[FreePart, ...] = ()
+
+    @classmethod
+    def none(cls) -> Holds:
+        """No hold."""
+        nowhere = np.zeros((0, 2), np.int64)
+        return cls(nowhere, nowhere)
+
+
+def hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats) -> Holds:
+    """Hold, in place, the motions of each connected part that nothing holds.
+
+    Parameters
+    ----------
+    grid : Grid
+    prescribed : (n, 2) bool
+        By loads and supports; the holds are added.
+    force : (n, 2) float
+        Of the loads [N/mm].
+
+    Raises
+    ------
+    UnheldError
+        Where loads work on such a motion.
+    """
+    element_part = connected_parts(grid)
     node_part = np.empty(len(grid.nodes), np.int64)
     node_part[grid.elements] = element_part[:, None]
-    held, turning = 0, []
+    places: list[tuple[int, int]] = []
+    turning: list[tuple[int, int]] = []
+    free_parts: list[FreePart] = []
     for part in range(element_part.max() + 1):
-        nodes = np.flatnonzero(node_part == part) if element_part.any() else slice(None)
+        nodes = np.flatnonzero(node_part == part)
         x = grid.nodes[nodes]
         modes, loose = _unheld_motions(x, prescribed[nodes])
         if len(loose) == 0:
@@ -56,25 +127,32 @@ def hold_rigid_motions(
         if np.abs(loose @ resultant).max() > BALANCE * scale:
             reason = _unheld(grid, nodes, force[nodes])
             raise UnheldError([Problem(reason, "loads")], x.mean(axis=0))
+        if element_part.any():
+            free_parts.append(FreePart(nodes, loose, x.mean(axis=0)))
+        # What is not loaded at all does not turn as it is deformed.
+        loaded = not element_part.any() or force[nodes].any() or prescribed[nodes].any()
         motions = modes @ loose.T
-        number = np.arange(len(grid.nodes))[nodes]
-        holds = []
+        holds: list[tuple[int, int]] = []
         for _ in loose:
             # Hold the component with the largest motion, and make the others orthogonal to it.
             chosen = int((motions**2).sum(axis=1).argmax())
-            holds.append((number[chosen // 2], chosen % 2))
+            holds.append((int(nodes[chosen // 2]), chosen % 2))
             prescribed[holds[-1]] = True
             along = motions[chosen] / np.hypot.reduce(motions[chosen])
             motions = motions - np.outer(motions @ along, along)
-        held += len(loose)
-        for place in holds:
+        places += holds
+        for place in holds if loaded else ():
             prescribed[place] = False
             _, (motion,) = _unheld_motions(x, prescribed[nodes])
             prescribed[place] = True
             if abs(motion[2]) > 1e-6:
                 turning.append(place)
                 break
-    return held, np.array(turning, np.int64).reshape(-1, 2)
+    return Holds(
+        np.array(places, np.int64).reshape(-1, 2),
+        np.array(turning, np.int64).reshape(-1, 2),
+        tuple(free_parts),
+    )
 
 
 def loose_motions(grid: Grid, prescribed: NDArray[np.bool_], node_area: Floats) -> Floats:
@@ -118,7 +196,7 @@ def _unheld(grid: Grid, nodes: Ints | slice, force: Floats) -> str:
     )
 
 
-def _connected_parts(grid: Grid) -> Ints:
+def connected_parts(grid: Grid) -> Ints:
     """Number the connected parts of the body; one number for each element."""
     element, side = np.nonzero(grid.twins >= 0)
     links = coo_array(

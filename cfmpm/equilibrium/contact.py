@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Protocol
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csc_array, hstack
 
 from cfmpm.body.crack_faces import FacePairs, Turning, face_pairs, turning_of
-from cfmpm.body.grid import Floats, Grid, Ints
+from cfmpm.body.grid import Floats, Grid
+from cfmpm.body.loads import Loading
+from cfmpm.equilibrium.complementarity import Flexibility, Solver
 from cfmpm.errors import SolveError
 from cfmpm.linear.engine import NotPositiveDefiniteError
 from cfmpm.linear.solvers import Factor, Solution
 
 # Overlap, relative to the largest displacement, that is round-off.
 TOUCH = 1e-10
-# Block pivots without a decrease of the number of infeasible pairs before single pivots are done,
-# and the largest number of pivoting steps.
-PATIENCE = 5
-ROUNDS = 200
-# A pivot below this fraction of its diagonal entry is round-off.
-NOISE = 1e-15
-
-
-class Solver(Protocol):
-    """A solver of linear systems with the stiffness."""
-
-    def solve(self, b: Floats, /) -> Solution:
-        """Solve for the free components."""
-        ...
+# How much further than what it touches a spring that stands in for a free part yields to a force,
+# and how often it is let go, at the most.
+SOFT = 1e4
+LETTINGS_GO = 30
+# Factor by which its force has to fall each time, else it is made softer by that, up to a limit.
+SLOW, SOFTEST = 10.0, 1e9
 
 
 @dataclass(frozen=True)
@@ -75,6 +68,8 @@ class Faces:
         each pair. As the normals turn with the edges, it has no moment even after sliding.
     turnings : tuple of (slice, Turning)
         The pairs of each crack and its rotation; empty at small strain.
+    free : (2 n, m) float
+        Rigid motions of parts without support, in that shape: `Loading.free_motions`.
     """
 
     pairs: FacePairs
@@ -82,6 +77,7 @@ class Faces:
     opening: Floats
     push: csc_array
     turnings: tuple[tuple[slice, Turning], ...] = ()
+    free: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
     def force(self, pressed: Floats) -> Floats:
         """Nodal forces from the forces of the pairs [N/mm], (n, 2)."""
@@ -104,33 +100,40 @@ class CrackFaces:
     grid: Grid
     carried: Floats | float = 0.0
 
-    def at_rest(self, prescribed: NDArray[np.bool_]) -> Faces:
+    def at_rest(self, loading: Loading) -> Faces:
         """Return the undeformed faces, for small strain.
 
         Parameters
         ----------
-        prescribed : (n, 2) bool
-            Components of displacement that are prescribed.
+        loading : Loading
+            What is prescribed, and which parts are free.
         """
+        supported = loading.supported
         cracks = [face_pairs(self.grid, crack) for crack in self.grid.crack_faces]
-        pairs = _joined([_kept(pairs, _movable(pairs, prescribed)) for pairs in cracks])
+        pairs = _joined([_kept(pairs, _movable(pairs, supported)) for pairs in cracks])
         nothing = np.zeros((len(self.grid.nodes), 2))
-        return Faces(pairs, nothing, np.zeros(len(pairs.left)), _nodal_forces(pairs, len(nothing)))
+        return Faces(
+            pairs,
+            nothing,
+            np.zeros(len(pairs.left)),
+            _nodal_forces(pairs, len(nothing)),
+            free=loading.free_motions(self.grid.nodes),
+        )
 
-    def turned(self, prescribed: NDArray[np.bool_], displacement: Floats) -> Faces:
+    def turned(self, loading: Loading, displacement: Floats) -> Faces:
         """Return the faces in a deformed shape of the body, with rotated normals.
 
         Parameters
         ----------
-        prescribed : (n, 2) bool
+        loading : Loading
         displacement : (n, 2) float
             Of the body [mm].
         """
-        shape = self.carried + displacement
+        shape, supported = self.carried + displacement, loading.supported
         turnings, cracks, columns, begin = [], [], [], 0
         for crack in self.grid.crack_faces:
             turning = turning_of(self.grid, crack, shape)
-            movable = _movable(face_pairs(self.grid, crack), prescribed)
+            movable = _movable(face_pairs(self.grid, crack), supported)
             pairs = _kept(face_pairs(self.grid, crack, turning), movable)
             jump = shape[pairs.left] - shape[pairs.right]
             # After sliding, a rotation of the normal also changes the opening.
@@ -141,7 +144,8 @@ class CrackFaces:
             begin += len(slid)
         pairs = _joined(cracks)
         push = csc_array(hstack(columns, format="csc"))
-        return Faces(pairs, shape, pairs.opening(shape), push, tuple(turnings))
+        free = loading.free_motions(self.grid.nodes + shape)
+        return Faces(pairs, shape, pairs.opening(shape), push, tuple(turnings), free)
 
 
 def close_faces(
@@ -188,10 +192,65 @@ def close_faces(
     if not (gap < -slack).any():
         return Contact(displacement, np.zeros_like(displacement), np.zeros(len(gap)))
     free_push = faces.push[np.flatnonzero(~prescribed.ravel())]
-    pressed = _complementary_force(gap, slack, free_push, factor)
+    parting = faces.push.T @ faces.free
+    if parting.any():
+        pressed, moved = _force_beside_free_parts(gap, slack, free_push, parting, factor)
+    else:
+        pressed, moved = Flexibility(free_push, factor).complementary_force(gap, slack), np.zeros(0)
     closed = displacement.copy()
+    if moved.any():
+        closed += (faces.free @ moved).reshape(-1, 2)
     closed[~prescribed] += factor.solve(free_push @ pressed).x
     return Contact(closed, faces.force(pressed), pressed)
+
+
+def _force_beside_free_parts(
+    gap: Floats, slack: float, push: csc_array, parting: Floats, factor: Solver
+) -> tuple[Floats, Floats]:
+    """Find the forces of the pairs where parts of the body are free to move.
+
+    Parameters
+    ----------
+    gap, slack, push, factor
+        As of `Flexibility.complementary_force`, of the body with its free parts held.
+    parting : (k, m) float
+        Openings of the pairs by the motions of the parts.
+
+    Returns
+    -------
+    pressed : (k,) float
+        Without a resultant on any motion: parting^T pressed = 0.
+    moved : (m,) float
+        How far the parts go.
+
+    Notes
+    -----
+    The potential energy is to be least over the motions a as well. That is the proximal point
+    method (Rockafellar 1976): springs without force at a stand in for the holds, by `SOFT` softer
+    than the body; in each round the parts go to where the springs are strained to, and the springs
+    are let go. What is left of their forces falls by about that factor each time.
+    """
+    size = np.abs(parting).max(axis=0)
+    parting = parting / np.where(size > 1e-9 * size.max(), size, np.inf)
+    flexibility = Flexibility(push, factor)
+    softest = flexibility.largest(gap < -slack)
+    yields, last = SOFT * softest, math.inf
+    moved = np.zeros(parting.shape[1])
+    for _ in range(LETTINGS_GO):
+        springs = math.sqrt(yields) * parting
+        pressed = flexibility.complementary_force(gap + parting @ moved, slack, springs)
+        left = parting.T @ pressed
+        moved += yields * left
+        if np.abs(parting @ left).max() * softest <= slack / SOFT:
+            return pressed, np.divide(moved, size, where=size > 0.0, out=np.zeros_like(moved))
+        # What a body yields in all can be much more than a pair does.
+        if np.abs(left).max() > last / SLOW and yields < SOFTEST * softest:
+            yields *= SLOW
+        last = float(np.abs(left).max())
+    raise SolveError(
+        f"contact of crack faces: {LETTINGS_GO} rounds of moving a part of the body that is cut "
+        "off have not brought it to rest beside the others"
+    )
 
 
 class TurningStiffness:
@@ -297,60 +356,3 @@ def _outer(turning: Turning, slid: Floats, n_nodes: int) -> csc_array:
         (np.outer(slid, angle).ravel(), (np.tile(rows, len(slid)), columns)),
         shape=(2 * n_nodes, len(slid)),
     )
-
-
-def _complementary_force(gap: Floats, slack: float, push: csc_array, factor: Solver) -> Floats:
-    """Find the forces of the pairs by block pivoting (Judice and Pires 1994), (k,).
-
-    All pairs in tension or with overlap are exchanged at once, which is the primal-dual active set
-    method (Hintermueller, Ito and Kunisch 2002). If their number does not decrease, only the last
-    of them is exchanged, which cannot cycle (Murty 1974).
-    """
-    k = len(gap)
-    # Openings by a unit force in a pair, column by column, of the pairs closed so far.
-    flexibility = np.zeros((k, k))
-    known = np.zeros(k, bool)
-    closed = gap < -slack
-    fewest, patience = k + 1, PATIENCE
-    for _ in range(ROUNDS):
-        for j in np.flatnonzero(closed & ~known):
-            flexibility[:, j] = push.T @ factor.solve(push[:, [j]].toarray().ravel()).x
-        known |= closed
-        force = np.zeros(k)
-        force[closed] = _closing_force(flexibility, gap, np.flatnonzero(closed))
-        opening = gap + flexibility @ force
-        wrong = np.where(closed, force < 0.0, opening < -slack)
-        count = int(wrong.sum())
-        if count == 0:
-            return force
-        if count < fewest:
-            fewest, patience = count, PATIENCE
-        elif patience:
-            patience -= 1
-        else:
-            wrong[: np.flatnonzero(wrong)[-1]] = False
-        closed ^= wrong
-    raise SolveError(
-        f"contact of crack faces: after {ROUNDS} steps of block pivoting and single pivoting "
-        f"{count} of {k} pairs of nodes still overlap or are in tension, {fewest} at best; "
-        "smaller elements along the crack, or grading: uniform, may help"
-    )
-
-
-def _closing_force(flexibility: Floats, gap: Floats, closed: Ints) -> Floats:
-    """Forces that close the given pairs, with zero force in the others."""
-    if not len(closed):
-        return np.zeros(0)
-    matrix = flexibility[np.ix_(closed, closed)]
-    try:
-        factor = cho_factor(matrix)
-        sound = np.square(factor[0].diagonal()) > NOISE * matrix.diagonal()
-    except np.linalg.LinAlgError:
-        sound = np.zeros(1, bool)
-    if not sound.all():
-        raise SolveError(
-            f"contact of crack faces: {len(closed)} pairs of nodes cannot all be closed, since "
-            "their openings are linearly dependent; check for cracks that cross or meet at a "
-            "small angle"
-        )
-    return np.asarray(cho_solve(factor, -gap[closed]))

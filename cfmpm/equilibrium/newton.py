@@ -254,7 +254,7 @@ class March:
 
     def _faces(self, displacement: Floats) -> Faces:
         problem = self._problem
-        return problem.crack_faces.turned(problem.loading.prescribed, displacement)
+        return problem.crack_faces.turned(problem.loading, displacement)
 
     def _closed(self, displacement: Floats, shape: Floats, tangent: Solver) -> Contact:
         """Solve for contact, with the normals of a nearby shape of the body."""

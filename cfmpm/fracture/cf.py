@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from cfmpm.body.crack_faces import face_pairs
 from cfmpm.body.grid import CrackTip, Floats, Grid
 from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels import eshelby, finite
@@ -137,19 +138,68 @@ def virtual_extension(grid: Grid, tip: CrackTip, radius: float) -> Floats:
         these however the crack bends.
     """
     q = ring_weight(grid, tip, radius)
+    away, angles = _headings(tip, radius)
+    if np.ptp(angles) <= STRAIGHT:
+        return np.outer(q, tip.tangent)
+    turned = np.interp(_distance(grid, tip), away, angles)
+    along = np.column_stack([np.cos(turned), np.sin(turned)])
+    return _linear_between_corners(grid, q[:, None] * along)
+
+
+def j_of_sliding(
+    grid: Grid, tip: CrackTip, radius: float, contact_force: Floats, displacement: Floats
+) -> float:
+    """Part of J from closed faces that slide along a curve, sum_I q_I F_I . n_I,s x [u]_I.
+
+    Parameters
+    ----------
+    grid : Grid
+        The whole one.
+    tip : CrackTip
+    radius : float
+        Outer radius of the ring [mm].
+    contact_force : (n, 2) float
+        That crack faces exert on each other [N/mm].
+    displacement : (n, 2) float
+        [mm].
+
+    Returns
+    -------
+    float
+        [N/mm]. The traction t of a closed face takes -t . [u],s out of a ring, s along it. It
+        is normal to the face, and [u] . n = 0 along the face: the term is t . n ([u] . n,s), with
+        n,s the curvature. Of a straight crack it vanishes.
+    """
+    away, angles = _headings(tip, radius)
+    if np.ptp(angles) <= STRAIGHT:
+        return 0.0
+    pairs = face_pairs(grid, tip.crack)
+    segments = np.hypot(*np.diff(tip.path[: len(away)], axis=0).T)
+    length = np.concatenate([[0.0], np.cumsum(segments)])
+    s = np.interp(_distance(grid, tip)[pairs.left], away, length)
+    # Half a segment to both sides: at a corner of the crack the mean of both.
+    half = 0.5 * np.diff(length).min()
+    turn = np.interp(s + half, length, angles) - np.interp(s - half, length, angles)
+    curvature = -turn / (2.0 * half)  # s runs towards the tip
+    across = np.column_stack([-pairs.normal[:, 1], pairs.normal[:, 0]])
+    jump = displacement[pairs.left] - displacement[pairs.right]
+    pressure = (contact_force[pairs.left] * pairs.normal).sum(axis=1)
+    q = ring_weight(grid, tip, radius)[pairs.left]
+    return float((q * pressure * curvature * (jump * across).sum(axis=1)).sum())
+
+
+def _headings(tip: CrackTip, radius: float) -> tuple[Floats, Floats]:
+    """Direction of a crack at the nodes of its line in a ring: distance from the tip, angle."""
     away = np.hypot(*(tip.path - tip.path[0]).T)
     # Segments in the ring; those that come back towards the tip are out of its reach.
     leaves = (np.diff(away) > 0.0) & (away[:-1] < radius)
     n = len(leaves) if leaves.all() else int(np.argmin(leaves))
     headings = -np.diff(tip.path[: n + 1], axis=0)
     angles = np.unwrap(np.arctan2(headings[:, 1], headings[:, 0]))
-    if np.ptp(angles) <= STRAIGHT:
-        return np.outer(q, tip.tangent)
     # At a node of the crack it is the mean of both sides of it.
-    at_nodes = np.concatenate([angles[:1], 0.5 * (angles[1:] + angles[:-1]), angles[-1:]])
-    turned = np.interp(_distance(grid, tip), away[: n + 1], at_nodes)
-    along = np.column_stack([np.cos(turned), np.sin(turned)])
-    return _linear_between_corners(grid, q[:, None] * along)
+    return away[: n + 1], np.concatenate(
+        [angles[:1], 0.5 * (angles[1:] + angles[:-1]), angles[-1:]]
+    )
 
 
 def _linear_between_corners(grid: Grid, values: Floats) -> Floats:

@@ -31,7 +31,11 @@ from cfmpm.fracture.interaction import (
     least_energy_release_rate,
 )
 from cfmpm.fracture.pressed_faces import PressedFaces
+from cfmpm.fracture.relieved import relieved_nodes
 from cfmpm.registry.criteria import DEFAULT_DIRECTION
+
+# Values of a tip that hold in a part that carries nothing too.
+_OF_PLACE = {"domain_radius", "min_opening"}
 
 
 def evaluate_tips(
@@ -48,6 +52,7 @@ def evaluate_tips(
 
     At finite deformation G is J, and stationary tips have K and T where strain around them is small
     (`corotation`). A tip on the interface of two materials has no K and no T; its G is J.
+    A tip in a part that has come off and carries nothing has no values.
 
     Parameters
     ----------
@@ -73,6 +78,8 @@ def evaluate_tips(
     """
     grid = body.grid
     openings = smallest_openings(grid, balance.displacement, balance.finite)
+    if not grid.tips:
+        return {}
     rows: list[dict[str, Any]] = []
     for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
         material = body.materials.row(regions_ahead(grid, tip, tip.tangent)[0])
@@ -81,8 +88,7 @@ def evaluate_tips(
         has_k = not (balance.finite or domain.on_border)
         if has_k:
             rings = [
-                ring | _factors_of_ring(near, body, balance, tip, radius, material)
-                for ring, radius in zip(rings, domain.radii, strict=True)
+                ring | _factors_of_ring(near, body, balance, tip, ring, material) for ring in rings
             ]
         elif stationary and _may_be_small(body, balance, tip, domain, material):
             rings = _with_corotated_factors(rings, near, body, balance, material)
@@ -106,7 +112,11 @@ def evaluate_tips(
             row |= _pressed(near, largest, material)
         rows.append(row)
     empty = {name: np.full(np.shape(value), np.nan) for row in rows for name, value in row.items()}
-    return {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
+    values = {name: np.array([row.get(name, nan) for row in rows]) for name, nan in empty.items()}
+    relieved = relieved_nodes(body, balance)[[tip.node for tip in grid.tips]]
+    for name in values.keys() - _OF_PLACE:
+        values[name][relieved] = np.nan
+    return values
 
 
 def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
@@ -116,7 +126,8 @@ def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
     return {
         "domain_radius": radius,
         "J_radius": j,
-        "G_radius": j,
+        # Of a tip that contact closes, J can be below zero: no energy release rate is.
+        "G_radius": j if j >= 0.0 else math.nan,
         "cf_norm_radius": float(np.hypot(*force)),
         "cf_angle_radius": cf.angle(force, near.tip),
     }
@@ -127,10 +138,11 @@ def _factors_of_ring(
     body: Body,
     balance: Equilibrium,
     tip: CrackTip,
-    radius: float,
+    ring: Mapping[str, float],
     material: Materials,
 ) -> dict[str, float]:
     """Stress intensity factors, G from them, and T-stress by interaction integrals over a ring."""
+    radius = ring["domain_radius"]
     k = intensity_factors(
         near.grid,
         near.points,
@@ -141,7 +153,7 @@ def _factors_of_ring(
         body.loading.at(balance.load_factor).body_force,
         near.contact_force,
         bent_faces(body.grid, balance.displacement, tip, radius, material),
-    )
+    ).confirmed(ring["J_radius"])
     return {
         "G_radius": k.G,
         "K_I_radius": k.K_I,
@@ -254,7 +266,11 @@ def _j_plastic(grid: Grid, plastic: Floats, tip: CrackTip, radius: float) -> flo
 def _j_integral(near: _Neighbourhood, radius: float) -> float:
     """J over a ring [N/mm]; the radius is limited by the nearest sharp bend of the crack."""
     radius = min(radius, FILL * sharp_bend(near.tip))
-    return cf.j_integral(near.nodal, cf.virtual_extension(near.grid, near.tip, radius))
+    J = cf.j_integral(near.nodal, cf.virtual_extension(near.grid, near.tip, radius))
+    if near.contact_force is None:
+        return J
+    slid = near.contact_force, near.displacement
+    return J + cf.j_of_sliding(near.grid, near.tip, radius, *slid)
 
 
 @dataclass(frozen=True)
@@ -266,6 +282,7 @@ class _Neighbourhood:
     gradients: Floats
     nodal: Floats
     contact_force: Floats | None
+    displacement: Floats
     tip: CrackTip
 
     @classmethod
@@ -282,7 +299,8 @@ class _Neighbourhood:
         grid, points = body.grid, balance.points
         if balance.contact_pairs:
             # The contact integral uses crack faces, which have the numbers of the whole grid.
-            return cls(grid, points, gradients, nodal, balance.contact_force, tip)
+            forces = nodal, balance.contact_force
+            return cls(grid, points, gradients, *forces, balance.displacement, tip)
         inside = np.hypot(*(grid.nodes - grid.nodes[tip.node]).T) <= radius
         is_near = inside[grid.elements].any(axis=1)
         nodes, local = np.unique(grid.elements[is_near], return_inverse=True)
@@ -300,5 +318,6 @@ class _Neighbourhood:
             gradients=gradients[rows],
             nodal=nodal[nodes],
             contact_force=None,
+            displacement=balance.displacement[nodes],
             tip=replace(tip, node=int(np.searchsorted(nodes, tip.node))),
         )

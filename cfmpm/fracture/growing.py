@@ -9,18 +9,22 @@ import numpy as np
 
 from cfmpm.body import particle_domains
 from cfmpm.body.body import Body, Grown, named_grid
-from cfmpm.body.grid import Floats, Triangulation
-from cfmpm.body.points import relocate
+from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, Triangulation
+from cfmpm.body.particle_domains import ParticleDomains, Quadrature
+from cfmpm.body.points import MaterialPoints, relocate
 from cfmpm.body.rigid_motions import UnheldError
 from cfmpm.build import compose
 from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.fracture.refinement import refine
-from cfmpm.fracture.release import Release, advance
+from cfmpm.fracture.release import ACCEPTED, Release, advance, worths
+from cfmpm.fracture.ties import Tie
 from cfmpm.meshing import running_size
 from cfmpm.scene import Scene
 
 
-def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
+def release(
+    scene: Scene, body: Body, running: Mapping[str, Floats], tie: Tie | None = None
+) -> Body:
     """Extend the cracks at the growing tips, one after the other, and redefine the grid.
 
     Parameters
@@ -30,6 +34,8 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     body : Body
     running : mapping of str to (2,) float
         Direction of growth of each growing tip, by its name.
+    tie : Tie, optional
+        The tie of these tips, if they are in one: the grid then takes segments of equal lengths.
 
     Returns
     -------
@@ -49,34 +55,27 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
     segments: dict[str, float] = {}
     spent = 0.0
     refined = [np.empty(0, np.int64)]
+    lengths: Mapping[str, float] = {}
+    if tie is not None:
+        for name in running:
+            mesh, parts = _refined(scene, mesh, tips[name])
+            refined.append(parts)
+        lengths = _equal_lengths(mesh, tips, running, tie)
     for name, direction in running.items():
         tip = tips[name]
         # A tip that grew before in this increment may have reached this one.
         if mesh.is_tip(tip.crack, tip.end):
-            size = running_size(scene, tip.crack_length)
-            if size is not None:
-                mesh, parts = refine(mesh, tip.path[0], size)
-                refined.append(parts)
-            step = advance(mesh, tip.crack, tip.end, direction)
+            mesh, parts = _refined(scene, mesh, tip)
+            refined.append(parts)
+            step = advance(mesh, tip.crack, tip.end, direction, lengths.get(name))
             mesh = step.triangulation
-            segments[name] = float(np.hypot(*(mesh.nodes[step.end] - mesh.nodes[step.start])))
+            segments[name] = step.length
             spent += segments[name] * _toughness_of(mesh, step, body.materials.g_c)
             steps.append(step)
     names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
     grid = named_grid(mesh, body.grid.element, names)
     changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
-    points, domains, quadrature = body.points, body.particle_domains, body.quadrature
-    # With `transfer: paper` points are integrated without domains.
-    if scene.growth is None or scene.growth.transfer != "paper":
-        if domains is None or quadrature is None:
-            domains = particle_domains.initial_domains(body.grid)
-            quadrature = particle_domains.initial_quadrature(points)
-        quadrature = particle_domains.realign(quadrature, domains, points, grid, changed)
-        for step in steps:
-            points, domains, quadrature = particle_domains.split_points(
-                points, domains, quadrature, grid, mesh.nodes[step.start], mesh.nodes[step.end]
-            )
-    points = replace(points, element=relocate(grid, points))
+    points, domains, quadrature = _split_points(scene, body, grid, changed, steps)
     grown = Grown(
         quality=min(body.grown.quality, *(step.quality for step in steps)),
         deviation=max(step.deviation for step in steps),
@@ -97,6 +96,56 @@ def release(scene: Scene, body: Body, running: Mapping[str, Floats]) -> Body:
             "holds it against the loads"
         )
         raise RunEnded("severed", text, cracks=cracks) from unheld
+
+
+def _split_points(
+    scene: Scene, body: Body, grid: Grid, changed: Ints, steps: Sequence[Release]
+) -> tuple[MaterialPoints, ParticleDomains | None, Quadrature | None]:
+    """Split the points that new segments cut, and find the triangles of all points."""
+    points, domains, quadrature = body.points, body.particle_domains, body.quadrature
+    # With `transfer: paper` points are integrated without domains.
+    if scene.growth is None or scene.growth.transfer != "paper":
+        if domains is None or quadrature is None:
+            domains = particle_domains.initial_domains(body.grid)
+            quadrature = particle_domains.initial_quadrature(points)
+        quadrature = particle_domains.realign(quadrature, domains, points, grid, changed)
+        nodes = steps[-1].triangulation.nodes
+        for step in steps:
+            points, domains, quadrature = particle_domains.split_points(
+                points, domains, quadrature, grid, nodes[step.start], nodes[step.end]
+            )
+    return replace(points, element=relocate(grid, points)), domains, quadrature
+
+
+def _refined(scene: Scene, mesh: Triangulation, tip: CrackTip) -> tuple[Triangulation, Ints]:
+    """Refine the grid around a growing tip; give the changed triangles."""
+    size = running_size(scene, tip.crack_length)
+    if size is None:
+        return mesh, np.empty(0, np.int64)
+    return refine(mesh, tip.path[0], size)
+
+
+def _equal_lengths(
+    mesh: Triangulation,
+    tips: Mapping[str, CrackTip],
+    running: Mapping[str, Floats],
+    tie: Tie,
+) -> dict[str, float]:
+    """Lengths of segments after which the tips of a tie have grown alike; empty where none fit."""
+    natural = {}
+    for name, direction in running.items():
+        tip = tips[name]
+        offered = advance(mesh, tip.crack, tip.end, direction)
+        if not offered.triangulation.is_tip(tip.crack, tip.end):
+            return {}  # it arrives
+        natural[name] = offered.length
+    choices = tie.wanted(list(running), natural)
+    worth = np.full(len(choices), np.inf)
+    for name, direction in running.items():
+        tip, lengths = tips[name], [lengths[name] for lengths in choices]
+        worth = np.minimum(worth, worths(mesh, tip.crack, tip.end, direction, lengths))
+    best = int(np.argmax(worth))
+    return choices[best] if worth[best] >= ACCEPTED else {}
 
 
 def _toughness_of(mesh: Triangulation, step: Release, toughness: Floats) -> float:

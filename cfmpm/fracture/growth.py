@@ -23,11 +23,9 @@ from cfmpm.fracture.criteria.protocols import (
 from cfmpm.fracture.critical_load import TipsByFactor, factor_at_fracture
 from cfmpm.fracture.evaluation import values_of_tip
 from cfmpm.fracture.fatigue import Progress
+from cfmpm.fracture.ties import Tie, grid_error, growing_tips
 from cfmpm.scene.growth import Fatigue, Growth
 
-# Under crack control, tips whose driving ratios differ by less than this relative difference grow
-# together: those of symmetric cracks differ by the discretisation error.
-TIE = 0.02
 # A driving ratio below this, at the load of the step before, is round-off: the body is severed.
 # It corresponds to 1e-9, its root, in stress.
 RELIEVED = 1e-18
@@ -53,12 +51,24 @@ class Decision:
         only with `order` 2.
     progress : Progress or None
         State of fatigue.
+    tied : tuple of str
+        Under crack control, the tips that reach the toughness first within the error of the grid,
+        if they are more than one. With `tips: largest` one of them grows.
+    ties : tuple of Tie
     """
 
     load_factor: float
     running: Mapping[str, Floats]
     tangents: Mapping[str, Floats] = field(default_factory=dict)
     progress: Progress | None = None
+    tied: tuple[str, ...] = ()
+    ties: tuple[Tie, ...] = ()
+
+    @property
+    def tie(self) -> Tie | None:
+        """The tie of the growing tips, if they are in one."""
+        running = set(self.running)
+        return next((tie for tie in self.ties if running and running <= set(tie.grown)), None)
 
 
 def decide(
@@ -109,8 +119,8 @@ def decide(
     Decision
         Under load control every tip grows whose driving force reaches g_c. Under crack control the
         load factor is the one at which the first tip reaches g_c, sqrt(g_c / G), or that of
-        `load_of_growth`. Under fatigue every tip grows whose range of K is above the threshold,
-        until one of them reaches g_c.
+        `load_of_growth`; tips that agree within the error of the grid grow together (`ties`). Under
+        fatigue every tip grows whose range of K is above the threshold, until one reaches g_c.
     """
     if growth is None:
         return Decision(load_factor, {})
@@ -118,7 +128,9 @@ def decide(
         return Decision(load_factor if growth.control == "load" else math.nan, {})
     heading, closed = _headings(grid, values, growth, unresolved)
     ratio = _driving_ratio(grid, values, heading, closed, g_c, growth, scale)
-    progress = None
+    progress: Progress | None = None
+    tied: tuple[str, ...] = ()
+    ties: tuple[Tie, ...] = ()
     if law is not None:
         if least is not None:
             lower = _headings(grid, least, growth, unresolved)
@@ -132,11 +144,33 @@ def decide(
             load_factor, largest = _proportional_load_of_growth(largest, last)
         elif abs(largest - 1.0) > MET:  # no load was found (`load_of_growth`)
             load_factor, largest = math.inf, 0.0
-        runs = (ratio >= (1.0 - TIE) * largest) & (largest > 0.0)
+        runs = np.zeros(len(ratio), bool)
+        if largest > 0.0:
+            runs, tied, ties = _first(grid, values, ratio, last, grown or {})
     if growth.tips == "largest":
-        runs &= ratio == ratio.max()
+        runs, ties = runs & (ratio == ratio.max()), ()
     running, tangents = _directions(grid, heading, runs, growth, last, unresolved)
-    return Decision(load_factor, running, tangents, progress)
+    return Decision(load_factor, running, tangents, progress, tied, ties)
+
+
+def _first(
+    grid: Grid,
+    values: Mapping[str, Any],
+    ratio: Floats,
+    last: Decision | None,
+    grown: Mapping[str, float],
+) -> tuple[NDArray[np.bool_], tuple[str, ...], tuple[Tie, ...]]:
+    """Select the tips that grow first under crack control; the others as in `Decision`."""
+    names = [tip.name for tip in grid.tips]
+    first, chosen, ties = growing_tips(
+        dict(zip(names, ratio.tolist(), strict=True)),
+        dict(zip(names, grid_error(values).tolist(), strict=True)),
+        {tip.name: tip.h for tip in grid.tips},
+        () if last is None else last.ties,
+        grown,
+    )
+    runs = np.array([name in chosen for name in names])
+    return runs, tuple(first) if len(first) > 1 else (), ties
 
 
 def _directions(
@@ -217,11 +251,12 @@ def _headings(
 ) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
     """Find the direction of growth of each tip, by its name, and which tips cannot grow, (tip,).
 
-    A tip cannot grow if it is closed, or if the criterion gives no direction; its direction is
-    then the tangent. At finite deformation there is no K. There, contact of the crack faces leaves
-    in J only the contribution of shear, which counts where it is above the error of the method.
+    A tip cannot grow if it is closed, if it lies in a part that carries nothing, or if the
+    criterion gives no direction; its direction is then the tangent. At finite deformation there is
+    no K. There, contact of the crack faces leaves in J only the contribution of shear, which counts
+    where it is above the error of the method.
     """
-    closed = np.zeros(len(grid.tips), bool)
+    closed = np.isnan(values["G"]) if grid.tips else np.zeros(0, bool)
     without_k = np.ones(len(grid.tips), bool)
     if "K_I" in values:
         closed |= is_closed(np.asarray(values["K_I"]), np.asarray(values["K_II"]))
@@ -280,7 +315,7 @@ def _advance(
     for i, name in enumerate(names):
         k_1, k_2 = float(values["K_I"][i]), float(values["K_II"][i])
         if math.isnan(k_1):  # on the interface of two materials: the range before it is kept
-            spans.append(known.get(name, 0.0))
+            spans.append(0.0 if closed[i] else known.get(name, 0.0))
         else:
             low = None
             if least is not None:

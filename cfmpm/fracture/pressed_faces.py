@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from cfmpm.body.crack_faces import CORNER
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, lengths_of
 from cfmpm.body.tip_domains import sharp_bend
 from cfmpm.kernels import eshelby
@@ -57,9 +58,9 @@ class PressedFaces:
 
         Notes
         -----
-        A node bears what a uniform pressure makes of the edges on both of its sides, also where
-        the crack bends at it. The pressure is linear between nodes. Tips, which are no pair, have
-        that of the next node.
+        A node bears what a uniform pressure makes of the edges on both of its sides; at a corner
+        each side has a pressure of its own. The pressure is linear between nodes. Tips, which are
+        no pair, have that of the next node.
         """
         faces = grid.crack_faces[tip.crack]
         left, right = grid.edge_nodes(faces[:, 0]), grid.edge_nodes(faces[:, 1])
@@ -71,15 +72,17 @@ class PressedFaces:
         np.add.at(unit, left, weights[:, :, None] * across[:, None, :])
         order = grid.element.along
         links = np.stack([left[:, order[:-1]], left[:, order[1:]]], axis=2).reshape(-1, 2)
-        normal = np.repeat(across / np.hypot(*across.T)[:, None], grid.element.order, axis=0)
-        if tip.end == -1:
-            links, normal = links[::-1, ::-1], normal[::-1]
         at_node = np.zeros(len(grid.nodes))
         nodes = np.unique(left)
         # Without friction it acts along the normal, which at finite deformation has turned.
         at_node[nodes] = np.hypot(*contact_force[nodes].T) / np.hypot(*unit[nodes].T)
-        paired = ~np.isin(links, np.intersect1d(left, right))
         pressure = at_node[links]
+        _divide_at_corners(pressure, contact_force, left, weights[0, 1] * across)
+        normal = np.repeat(across / np.hypot(*across.T)[:, None], grid.element.order, axis=0)
+        if tip.end == -1:
+            links, normal, pressure = links[::-1, ::-1], normal[::-1], pressure[::-1, ::-1]
+        paired = ~np.isin(links, np.intersect1d(left, right))
+        pressure = pressure.copy()
         for one, other in ((0, 1), (1, 0)):
             alone = ~paired[:, one] & paired[:, other]
             pressure[alone, one] = pressure[alone, other]
@@ -149,6 +152,28 @@ class PressedFaces:
         # The left face is that of the body whose outer normal is - n.
         t = pressure[:, :, None] * normal[:, None, :] + (normal @ uniform)[:, None, :]
         return np.einsum("mgi,gi,g->m", jump, t.reshape(-1, 2), q_ds.ravel())
+
+
+def _divide_at_corners(pressure: Floats, force: Floats, left: Ints, end_force: Floats) -> None:
+    """Divide the force of the node at a corner between the edges on both sides, in place.
+
+    Parameters
+    ----------
+    pressure : (k, 2) float
+        At both nodes of each link, first point to last [MPa].
+    force : (n, 2) float
+        [N/mm].
+    left : (e, p + 1) int
+    end_force : (e, 2) float
+        On the node at an end of each edge by a unit pressure on the edge [mm].
+    """
+    ahead, behind = end_force[:-1], end_force[1:]
+    cross = ahead[:, 0] * behind[:, 1] - ahead[:, 1] * behind[:, 0]
+    sharp = np.flatnonzero(np.abs(np.arctan2(cross, (ahead * behind).sum(axis=1))) > CORNER)
+    links = len(pressure) // max(len(left), 1)
+    for edge in sharp:
+        parts = np.linalg.solve(np.column_stack([ahead[edge], behind[edge]]), force[left[edge, 1]])
+        pressure[links * edge + links - 1, 1], pressure[links * (edge + 1), 0] = parts.clip(0.0)
 
 
 def _reaches_tip(tip: CrackTip, place: Floats, pressure: Floats) -> bool:

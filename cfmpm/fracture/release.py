@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,8 @@ from cfmpm.kernels.triangles import triangle_quality
 LENGTHS = (1.0, 0.85, 1.15, 0.7, 1.3, 0.55)
 # Quality of a triangle (1 equilateral, 0 degenerate) at which a search ends.
 GOOD = 0.25
+# Worth (`_Star.worth`) down to which a segment of a given length is preferred to another length.
+ACCEPTED = 0.5 * GOOD
 # The quality of an option is reduced in proportion if its segment ends inside the body and is
 # shorter than this fraction of the mean edge at the tip. Without it, two tips that alternately
 # split the side between the other tip and a boundary would advance by ever shorter segments.
@@ -53,6 +55,12 @@ class Release:
     deviation: float
     quality: float
 
+    @property
+    def length(self) -> float:
+        """Length of the new segment [mm]."""
+        nodes = self.triangulation.nodes
+        return float(np.hypot(*(nodes[self.end] - nodes[self.start])))
+
 
 @dataclass(frozen=True)
 class _Option:
@@ -69,7 +77,13 @@ class _Option:
         return float(triangle_quality(self.mesh.nodes, changed).min(initial=1.0))
 
 
-def advance(triangulation: Triangulation, crack: str, end: int, direction: Floats) -> Release:
+def advance(
+    triangulation: Triangulation,
+    crack: str,
+    end: int,
+    direction: Floats,
+    length: float | None = None,
+) -> Release:
     """Extend a crack by one grid segment (paper section 4.1).
 
     Parameters
@@ -80,6 +94,8 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
         The growing end of the crack, its first or its last node; it is a tip.
     direction : (2,) float
         Direction of growth. The kink angle is limited to `LARGEST_KINK`.
+    length : float, optional
+        Length of the segment, if its triangles are not worse than `ACCEPTED` [mm].
 
     Returns
     -------
@@ -102,6 +118,10 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
     star = _Star(triangulation, crack, end)
     heading = star.limited(asked)
     first, second, place = star.side_ahead(heading)
+    if length is not None:
+        exact = star.of_length((first, second, place), heading, length)
+        if exact is not None and star.worth(exact, heading) >= ACCEPTED:
+            return star.release(exact, asked)
     options: list[_Option] = []
     if not star.is_wall(first, second):
         options += star.realigned((first, second), heading)
@@ -109,6 +129,24 @@ def advance(triangulation: Triangulation, crack: str, end: int, direction: Float
         options += star.split(first, second, place, heading)
         options += star.met((first, second))
     return star.release(max(options, key=lambda option: star.worth(option, heading)), asked)
+
+
+def worths(
+    triangulation: Triangulation,
+    crack: str,
+    end: int,
+    direction: Floats,
+    lengths: Sequence[float],
+) -> Floats:
+    """Rate segments of given lengths by their triangles, from 0 to `GOOD`, (length,).
+
+    Parameters are those of `advance`.
+    """
+    star = _Star(triangulation, crack, end)
+    heading = star.limited(direction / np.hypot(*direction))
+    ahead = star.side_ahead(heading)
+    options = [star.of_length(ahead, heading, length) for length in lengths]
+    return np.array([star.worth(option, heading) if option else 0.0 for option in options])
 
 
 def fixed_nodes(triangulation: Triangulation) -> NDArray[np.bool_]:
@@ -245,6 +283,39 @@ class _Star:
             yield option
             if option.quality >= GOOD:
                 return
+
+    def of_length(
+        self, ahead: tuple[int, int, float], direction: Floats, length: float
+    ) -> _Option | None:
+        """Give the segment of a length with the best triangles; None before a wall.
+
+        Parameters
+        ----------
+        ahead
+            From `side_ahead`. One of its ends is moved, or a new node on it.
+        direction : (2,) float
+        length : float
+            [mm].
+        """
+        first, second, place = ahead
+        if self.is_wall(first, second):
+            return None
+        options = [
+            _Option(self.mesh, self._around(node) // 3, node)
+            for node in (first, second)
+            if not self.fixed[node]
+        ]
+        halved, changed = split_side(self.mesh, self.stars, (first, second), place)
+        if len(set(halved.regions[changed])) == 1:
+            options.append(_Option(halved, changed, len(self.mesh.nodes)))
+        found = []
+        for option in options:
+            nodes = option.mesh.nodes.copy()
+            nodes[option.node] = self.origin + length * direction
+            found.append(replace(option, mesh=replace(option.mesh, nodes=nodes)))
+            if self.worth(found[-1], direction) >= GOOD:
+                break
+        return max(found, key=lambda option: self.worth(option, direction), default=None)
 
     def split(self, first: int, second: int, place: float, direction: Floats) -> Iterator[_Option]:
         """Split a side and its adjacent triangles where the direction crosses it."""

@@ -157,7 +157,8 @@ def bulk_moduli(n_patches, volume, material, law, constants, displacement_gradie
     ----------
     n_patches : int
     volume, material, law, constants
-        As in `finite.update_points`; lambda is the same in a patch.
+        As in `finite.update_points`; lambda is the same in a patch, but for pieces of round-off
+        size that a particle domain may have beyond the interface of two materials.
     displacement_gradient : (p, 2, 2) float
     patch : (p,) int
 
@@ -168,8 +169,12 @@ def bulk_moduli(n_patches, volume, material, law, constants, displacement_gradie
     """
     means = patch_means(volume, displacement_gradient, patch)
     bulk = np.zeros(n_patches)
+    largest = np.zeros(n_patches)
     for p in range(len(patch)):
         m, at = material[p], patch[p]
+        if volume[p] < largest[at]:
+            continue
+        largest[at] = volume[p]
         bulk[at] = dispatch.volumetric(law[m], constants, m, means[at])[2]
     return bulk
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Self
@@ -14,9 +15,16 @@ from shapely import contains_xy
 
 from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.errors import MeshError
-from cfmpm.meshing.drawing import Drawing, Raw, Seeds, mesh_drawing, signed_areas
-from cfmpm.meshing.session import gmsh_session
-from cfmpm.meshing.sizes import GROWTH, grading_in, size_in
+from cfmpm.meshing.drawing import (
+    Drawing,
+    Raw,
+    Seeds,
+    TooManyTrianglesError,
+    mesh_drawing,
+    signed_areas,
+)
+from cfmpm.meshing.session import gmsh_session, in_child
+from cfmpm.meshing.sizes import GROWTH, grading_in, size_in, triangles_in
 from cfmpm.scene.body import Circle, Crack, Geometry, Vertex
 from cfmpm.scene.geometry import ON, BodyShape, polygon_of, shape_of, snap
 from cfmpm.scene.mesh import Grading
@@ -26,6 +34,10 @@ from cfmpm.scene.shapes import XY, Side, anticlockwise, sides_of
 # In the unit frame; OpenCASCADE merges points closer than 1e-7.
 TOLERANCE = 1e-6
 ELEMENTS_PER_TURN = 24
+# Triangles, and sides of a drawing, that gmsh meshes in half a second; more are meshed in a child
+# process, which can be ended.
+AT_ONCE, MOST_SIDES = 5e3, 300
+MOST_ADDED = 2e5  # triangles that thin parts may add to a mesh at once: half a minute
 # Smallest distance of a cut by a box from other points, relative to the size of the body: a box
 # slightly larger than a side must not cause elements as small as the difference. Tractions are
 # cut exactly in any case.
@@ -69,17 +81,30 @@ def triangulate_body(scene: Scene) -> Triangulation:
     frame = Frame.around(body)
     size = size_in(body, scene)
     cuts = _box_cuts(scene, body)
-    with gmsh_session() as gmsh:
-        raw = mesh_drawing(
-            gmsh,
-            _drawing(scene, body, frame, cuts),
-            size / frame.scale,
-            [
-                *_tip_seeds(scene, body, frame),
-                *_hole_seeds(scene, body, frame),
-                *_arc_seeds(body.geometry, size, frame),
-            ],
-        )
+    drawing = _drawing(scene, body, frame, cuts)
+    seeds = [
+        *_tip_seeds(scene, body, frame),
+        *_hole_seeds(scene, body, frame),
+        *_arc_seeds(body.geometry, size, frame),
+    ]
+
+    def mesh(most: float) -> Raw:
+        with gmsh_session() as gmsh:
+            return mesh_drawing(gmsh, drawing, size / frame.scale, seeds, most)
+
+    many = triangles_in(body, scene)
+    if many <= AT_ONCE and len(body.sides) + len(drawing.cracks) <= MOST_SIDES:
+        with suppress(TooManyTrianglesError):
+            return _named(scene, body, frame, mesh(AT_ONCE), cuts)
+    try:
+        raw = in_child(lambda: mesh(max(MOST_ADDED, many)))
+    except TooManyTrianglesError as error:
+        count, place, height = error.args
+        x, y = frame.back(np.array(place))
+        raise MeshError(
+            f"the body is {height * frame.scale:.2g} thin near ({x:.6g}, {y:.6g}), where its grid "
+            f"would need another {count:.0e} triangles: look for lines that nearly touch"
+        ) from error
     return _named(scene, body, frame, raw, cuts)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
@@ -74,7 +75,17 @@ class Raw:
     vertices: Ints
 
 
-def mesh_drawing(gmsh: ModuleType, drawing: Drawing, size: float, seeds: list[Seeds]) -> Raw:
+class TooManyTrianglesError(Exception):
+    """Thin parts would need more triangles than are allowed.
+
+    Its arguments: about how many, the place (x, y) and the height of the thinnest part in the unit
+    frame.
+    """
+
+
+def mesh_drawing(
+    gmsh: ModuleType, drawing: Drawing, size: float, seeds: list[Seeds], most: float = math.inf
+) -> Raw:
     """Mesh a drawing.
 
     If a short edge or a thin ligament causes triangles of low quality, the mesh is made again with
@@ -84,6 +95,14 @@ def mesh_drawing(gmsh: ModuleType, drawing: Drawing, size: float, seeds: list[Se
     ----------
     size : float
         Element size away from the seeds.
+    most : float
+        How many triangles may be added to a mesh at once where it is thin.
+
+    Raises
+    ------
+    MeshError
+        Where gmsh fails.
+    TooManyTrianglesError
     """
     _draw(gmsh, drawing)
     best = _generate(gmsh, size, seeds)
@@ -91,7 +110,9 @@ def mesh_drawing(gmsh: ModuleType, drawing: Drawing, size: float, seeds: list[Se
     for _ in range(MOST_REPAIRS):
         if worst >= LEAST_QUALITY:
             break
-        seeds = seeds + _seeds_at_bad_triangles(best)
+        finer = _seeds_at_bad_triangles(best)
+        _check_number(best, finer, most)
+        seeds = seeds + finer
         again = _generate(gmsh, size, seeds)
         improved = triangle_quality(again.nodes, again.triangles).min()
         if improved <= 1.1 * worst:  # an acute corner, for which no element size helps
@@ -233,6 +254,22 @@ def _raw(gmsh: ModuleType) -> Raw:
         curves,
         vertices[vertices >= 0],
     )
+
+
+def _check_number(raw: Raw, seeds: Sequence[Seeds], most: float) -> None:
+    """Refuse seeds around which there would be more triangles than are allowed."""
+    corners = raw.nodes[raw.triangles[triangle_quality(raw.nodes, raw.triangles) < LEAST_QUALITY]]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    expected = 0.0
+    for seed in seeds:
+        # The integral of 2 pi r / (area of a triangle of size t + growth r) dr over half the mean
+        # distance of the seeds.
+        reach = seed.growth * 0.5 * longest.mean() / seed.size
+        around = math.tau / (0.433 * seed.growth**2) * (math.log1p(reach) - reach / (1 + reach))
+        expected += len(seed.points) * around
+    if expected > most:
+        thinnest = min(seeds, key=lambda seed: seed.size)
+        raise TooManyTrianglesError(expected, tuple(thinnest.points[0].tolist()), thinnest.size)
 
 
 def _seeds_at_bad_triangles(raw: Raw) -> list[Seeds]:

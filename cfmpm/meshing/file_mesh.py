@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from shapely import Polygon
+from shapely import Polygon, make_valid
 
 from cfmpm.body.grid import Floats, Ints
 from cfmpm.meshing.drawing import signed_areas
-from cfmpm.scene.rules_body import at
+from cfmpm.scene.rules_body import at, place_of_fault
 
 # Area of a triangle in squares of its longest side that is round-off. Thinner triangles than any
 # that can be solved with are told by the solver.
@@ -148,15 +148,25 @@ def broken_body(mesh: FileMesh) -> Iterator[str]:
     starts, times = np.unique(mesh.boundary[:, 0], return_counts=True)
     if (times > 1).any():
         x, y = mesh.nodes[starts[times > 1][0]].tolist()
-        yield f"hangs together by a single node at {at((x, y))}; parts have to share sides"
+        yield (
+            f"hangs together by a single node at {at((x, y))}; surfaces that meet have to share "
+            "all nodes there"
+        )
         return
     outline, *holes = (mesh.nodes[loop] for loop in mesh.loops)
     body = Polygon(outline, holes)
     area = float(signed_areas(mesh.nodes, mesh.triangles).sum())
-    if not body.is_valid or abs(body.area - area) > AREA * area:
+    # Of an outline that crosses itself the area counts each part as often as it winds around.
+    inside = body.area if body.is_valid else make_valid(body).area
+    if abs(inside - area) > AREA * area:
         yield (
-            "is tangled: triangles lie over each other, or the outline crosses itself (area of "
-            f"the triangles {area:.6g} mm^2, inside of the outline {body.area:.6g} mm^2)"
+            "is tangled: triangles lie over each other (area of the triangles "
+            f"{area:.6g} mm^2, inside of the outline {inside:.6g} mm^2)"
+        )
+    elif not body.is_valid:
+        yield (
+            f"has an outline that crosses or touches itself{place_of_fault(body)}; surfaces that "
+            "meet have to share their nodes (gmsh: BooleanFragments, or Coherence)"
         )
 
 

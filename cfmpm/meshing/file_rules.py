@@ -18,8 +18,9 @@ from cfmpm.scene.model import Scene
 from cfmpm.scene.rules_crack import misplaced_cracks
 from cfmpm.scene.rules_load import misplaced_loads
 
-# Of the size of the body: what the nodes of a straight line may be off it.
-STRAIGHT = 1e-9
+# Of the size of the body, and well below its smallest distance that counts (scene.geometry.ON): how
+# far the corners of a line may leave its nodes.
+STRAIGHT = 1e-7
 
 
 def broken_rules_of_file(

@@ -136,7 +136,10 @@ def _cracks(
         else:
             line = _line(pairs)
             if line is None:
-                reason = f"{name} is not a single line with two ends"
+                reason = (
+                    f"{name} is not a single line with two ends; each crack needs a physical curve "
+                    "of its own"
+                )
             else:
                 cracks[name] = _from_first_end(mesh, line)
         if reason:

@@ -12,7 +12,11 @@ from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.errors import MeshError
 from cfmpm.kernels import topology
 from cfmpm.meshing.drawing import signed_areas
-from cfmpm.meshing.session import gmsh_session
+from cfmpm.meshing.session import gmsh_session, in_child
+
+# Sides of the body, around which gmsh makes a margin in half a second; a larger one is made in a
+# child process, which can be ended.
+MOST_SIDES = 300
 
 
 @dataclass(frozen=True)
@@ -63,15 +67,19 @@ def surround(body: Triangulation, margin: float, size: float) -> Triangulation:
     ring = sorted({*ring, *on_ring}, key=lambda at: outer.project(Point(at)))
     # gmsh has absolute tolerances.
     centre, scale = body.nodes.mean(axis=0), float(np.ptp(body.nodes, axis=0).max())
-    with gmsh_session() as gmsh:
-        made = _Margin(gmsh, (body.nodes - centre) / scale, size / scale)
-        made.around(outline, [((x - centre[0]) / scale, (y - centre[1]) / scale) for x, y in ring])
-        for hole in holes:
-            made.inside(hole)
-        for mouth in mouths:
-            x, y = (np.array(mouth.far) - centre) / scale
-            made.crack(mouth.node, (float(x), float(y)))
-        nodes, triangles, lines = made.mesh()
+
+    def mesh() -> tuple[Floats, Ints, list[Ints]]:
+        with gmsh_session() as gmsh:
+            made = _Margin(gmsh, (body.nodes - centre) / scale, size / scale)
+            made.around(outline, [_tuple((np.array(at) - centre) / scale) for at in ring])
+            for hole in holes:
+                made.inside(hole)
+            for mouth in mouths:
+                made.crack(mouth.node, _tuple((np.array(mouth.far) - centre) / scale))
+            return made.mesh()
+
+    many = sum(len(loop) for loop in loops) > MOST_SIDES
+    nodes, triangles, lines = in_child(mesh) if many else mesh()
     nodes = nodes * scale + centre
     cracks = dict(body.cracks)
     for mouth, line in zip(mouths, lines, strict=True):
@@ -191,6 +199,10 @@ def _loops(body: Triangulation) -> list[Ints]:
             loop.append(following.pop(loop[-1]))
         loops.append(np.array(loop[:-1]))
     return loops
+
+
+def _tuple(point: Floats) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
 
 
 def _area(polygon: Floats) -> float:

@@ -343,11 +343,9 @@ class _File:
                 f"is damaged: an element has node {wanted[lost][0]}, which is not in the file"
             )
         # Format 2 writes an element once for each of its groups.
-        _, first, row = np.unique(
-            np.sort(number, axis=1), axis=0, return_index=True, return_inverse=True
-        )
+        _, first, row = np.unique(_keys(number), return_index=True, return_inverse=True)
         kept = np.argsort(np.argsort(first))  # in the order of the file
-        row = kept[row.ravel()]
+        row = kept[row]
         rows: dict[str, list[Ints]] = {}
         start = 0
         for nodes, groups in parts:
@@ -358,6 +356,17 @@ class _File:
             start += len(nodes)
         named = {name: np.unique(np.concatenate(parts)) for name, parts in sorted(rows.items())}
         return number[np.sort(first)], {name: found for name, found in named.items() if len(found)}
+
+
+def _keys(elements: Ints) -> Ints:
+    """One number for each element, the same for the same nodes in any order."""
+    n = int(elements.max(initial=0)) + 1
+    key, *others = np.sort(elements, axis=1).T
+    for i, nodes in enumerate(others):
+        if i:  # so that the product is a number of eight bytes on any mesh
+            key = np.unique(key, return_inverse=True)[1]
+        key = key * n + nodes
+    return key
 
 
 def _nodes_of(kind: int, numbers: Numbers) -> int:

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
+import pickle
 import signal
+import sys
 import threading
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import ModuleType
+from typing import NoReturn, TypeVar, cast
 
 from cfmpm.errors import MeshError
+from cfmpm.interruption import REQUESTS
+
+Made = TypeVar("Made")
 
 # Libraries that gmsh's wheel links to and that a minimal Debian with Python lacks, without their
 # dependencies.
@@ -55,6 +64,82 @@ def gmsh_session() -> Iterator[ModuleType]:
         yield gmsh
     finally:
         gmsh.finalize()
+
+
+def in_child(work: Callable[[], Made]) -> Made:
+    """Do work in a child process, which ends at once when this one is asked to end.
+
+    A call of gmsh cannot be interrupted: Python handles signals between its own instructions only.
+
+    Parameters
+    ----------
+    work : callable
+        Without arguments. What it returns or raises is pickled.
+
+    Raises
+    ------
+    MeshError
+        If the child ends without a result, as in a crash of gmsh.
+    """
+    # Signals come to the main thread only; elsewhere a copy of a process may not be usable.
+    if threading.current_thread() is not threading.main_thread() or sys.platform != "linux":
+        return work()
+    reader, writer = os.pipe()
+    with warnings.catch_warnings():
+        # The child runs no other thread of this process and takes none of their locks.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        # An exception that a handler raises in the midst of a fork is lost.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)
+        child = os.fork()
+    if child == 0:
+        os.close(reader)
+        _answer(work, writer, before)
+    try:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        os.close(writer)
+        with os.fdopen(reader, "rb") as pipe:
+            answer = pipe.read()
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        raise
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if code != 0:
+        why = signal.Signals(-code).name if code < 0 else f"status {code}"
+        raise MeshError(
+            f"gmsh has ended with {why}: out of memory, or lines that cross or nearly touch; "
+            "take a larger mesh.size"
+        )
+    good, made = pickle.loads(answer)
+    if not good:
+        raise made
+    return cast(Made, made)
+
+
+def _answer(work: Callable[[], Made], writer: int, mask: set[signal.Signals | int]) -> NoReturn:
+    """Do work, write its result, and end the process without what its parent does in the end."""
+    status = 1
+    try:
+        for request in REQUESTS:
+            # Ctrl-C comes to both: the parent ends its child.
+            signal.signal(request, signal.SIG_IGN if request == signal.SIGINT else signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        _end_with_parent()
+        answer: tuple[bool, object]
+        try:
+            answer = (True, work())
+        except Exception as error:
+            answer = (False, error.with_traceback(None))
+        with os.fdopen(writer, "wb") as pipe:
+            pickle.dump(answer, pipe, protocol=pickle.HIGHEST_PROTOCOL)
+        status = 0
+    finally:
+        os._exit(status)
+
+
+def _end_with_parent() -> None:
+    """Ask Linux to end this process when its parent is killed."""
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 @contextmanager

@@ -88,7 +88,11 @@ def expected_triangles(scene: Scene) -> float | None:
     if scene.mesh_file is not None:
         return None
     scene = expand(scene)
-    body = BodyShape.of(scene)
+    return triangles_in(BodyShape.of(scene), scene)
+
+
+def triangles_in(body: BodyShape, scene: Scene) -> float:
+    """Estimate how many triangles an expanded scene will have whose body is known."""
     chosen = {"size": size_in(body, scene), "grading": grading_in(body, scene) or "uniform"}
     mesh = scene.mesh.model_copy(update=chosen)
     return estimated_triangles(scene.model_copy(update={"mesh": mesh}), body)

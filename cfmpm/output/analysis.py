@@ -34,6 +34,12 @@ def before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
     return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
 
 
+def in_steps(where: NDArray[np.bool_]) -> str:
+    """Say which steps are meant, from the first to the last one."""
+    first, last = np.flatnonzero(where)[[0, -1]] + 1
+    return f"in step {first}" if first == last else f"in steps {first} to {last}"
+
+
 def parts_of_gap(history: xr.Dataset) -> tuple[float, float]:
     """Compare energy_gap, without its changes in jumps, with external work and fracture energy.
 

@@ -22,6 +22,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.errors import Problem, SceneError
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
+from cfmpm.fracture.ties import Tie
 from cfmpm.output.files import written_aside
 from cfmpm.output.history import StepRecord
 from cfmpm.output.record import Origin, Record
@@ -47,7 +48,7 @@ class Start:
 
 
 # Version of the file layout.
-FORMAT = 6
+FORMAT = 7
 # Fields of `Motion` that do not follow from the reference configuration.
 MOTION = ("displacement", "triangle", "base", "smoothed")
 Arrays = dict[str, NDArray[Any]]
@@ -78,6 +79,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
+        "came_off": record.came_off,
         "seconds": [step.seconds for step in record.steps],
         "decision": None if decision is None else asdict(decision),
         "level": stage.level,
@@ -138,6 +140,7 @@ def read_checkpoint(path: Path) -> Start:
     record = Record(scene, expand(scene), Origin(**origin))
     record.notes = texts["notes"]
     record.warnings = dict.fromkeys(texts["warnings"])
+    record.came_off = [np.array(centre) for centre in texts["came_off"]]
     record.steps = _read_steps(arrays, texts["seconds"])
     decision = texts["decision"]
     if decision is not None:
@@ -145,6 +148,8 @@ def read_checkpoint(path: Path) -> Start:
             decision[key] = {name: np.array(vector) for name, vector in decision[key].items()}
         if decision["progress"] is not None:
             decision["progress"] = Progress(**decision["progress"])
+        decision["tied"] = tuple(decision["tied"])
+        decision["ties"] = tuple(Tie(**tie) for tie in decision["ties"])
         decision = Decision(**decision)
     record.decision = decision
     body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])

@@ -1,6 +1,10 @@
-"""Work of the loads from one step to the next, and the sums that it is made of."""
+"""Work of the loads from one step to the next, and the energy that growth releases."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
 
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats
@@ -46,6 +50,48 @@ def work_after(
         before = broken
     work += 0.5 * (factor + last_factor) * (now[0] - before[0]) + (now[2] - before[2])
     return work + 0.5 * (now[1] + before[1]) * (factor - last_factor)
+
+
+def released(steps: Sequence[StepRecord], body: Body, balance: Equilibrium, factor: float) -> float:
+    """Energy that the last segments have set free at the load before; see `VARIABLES` [N]."""
+    if not steps or not body.grown.segments:
+        return np.nan
+    last = steps[-1]
+    if balance.finite:
+        if balance.load_factor != last.load_factor:
+            return np.nan
+        spent = float(balance.points.energy @ balance.points.volume)
+        if balance.points.internal_variables.size:
+            spent += float(body.materials.plastic_work(balance.points) @ balance.points.volume)
+            spent -= float(last.values["plastic_work"])
+        work = balance.external_work - float(last.values["external_work"])
+        return work - spent + float(last.values["strain_energy"])
+    now = _conjugates_at(body, balance, factor, last.load_factor)
+    if now is None or not balance.proportional:
+        return np.nan
+    return _set_free(last.conjugates, last.load_factor, now)
+
+
+def _set_free(
+    before: tuple[float, float, float], factor: float, now: tuple[float, float, float]
+) -> float:
+    """Return by how much the potential energy of a linear body has fallen at one load [N].
+
+    Parameters
+    ----------
+    before, now : (float, float, float)
+        Conjugates (`StepRecord`) before and after a crack has grown, both at `factor`.
+    factor : float
+        Load factor.
+
+    Notes
+    -----
+    By Clapeyron the potential energy is half the work of the grips less half that of the dead
+    loads, with contact without friction as well. A crack takes constraints away, by which it can
+    only fall: what a release sets free is never negative, but for the error of the grid.
+    """
+    (dead, grip, _), (dead_now, grip_now, _) = before, now
+    return 0.5 * factor * ((grip - dead) - (grip_now - dead_now))
 
 
 def conjugates(body: Body, balance: Equilibrium, scale: float) -> tuple[float, float, float]:

@@ -12,13 +12,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from cfmpm.body.body import Body
-from cfmpm.body.grid import Triangulation
+from cfmpm.body.grid import Floats, Triangulation
 from cfmpm.ending import Ending, LastCracks, RunEnded
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
-from cfmpm.output import choices, variables
-from cfmpm.output.external_work import conjugates, work_after
+from cfmpm.fracture.relieved import relieved_nodes
+from cfmpm.output import choices, invariants, variables
+from cfmpm.output.external_work import conjugates, released, work_after
 from cfmpm.output.history import StepRecord, build_history
 from cfmpm.output.warnings import of_history, of_state
 from cfmpm.registry.solvers import SOLVERS
@@ -79,6 +80,7 @@ class Record:
         self.notes: dict[str, Any] = {}
         self.finite = False
         self.decision: Decision | None = None
+        self.came_off: list[Floats] = []
 
     @classmethod
     def of(cls, scene: Scene, stage: Stage) -> Self:
@@ -119,6 +121,7 @@ class Record:
             values[name][rows] = found
         last = self.steps[-1] if self.steps else None
         values["jump"] = float(self._jumped(values["tip_status"]))
+        values["released_energy"] = released(self.steps, body, balance, factor)
         values["external_work"] = (
             balance.external_work
             if balance.finite
@@ -131,7 +134,8 @@ class Record:
         self.steps.append(StepRecord(factor, values, seconds, conjugates(body, balance, scale)))
         self.notes |= choices.choices(self.full, body, balance)
         self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance))
-        self.warnings |= dict.fromkeys(of_state.doubts_at_tips(body, tips))
+        off = invariants.came_off(body, len(self.steps), self.came_off)
+        self.warnings |= dict.fromkeys([*off, *of_state.doubts_at_tips(body, tips)])
         self.warnings |= dict.fromkeys(of_state.doubts_of_fixed_loads(body, balance, tips))
 
     def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
@@ -202,8 +206,11 @@ class Record:
             },
         )
         growth = self.full.growth
-        first = of_history.doubts_of_release_rates(history, growth)
-        first += of_history.doubts_of_kinematics(history, self.full, finite=self.finite)
+        first = [
+            *invariants.violations(history),
+            *of_history.doubts_of_release_rates(history, self.full),
+            *of_history.doubts_of_kinematics(history, self.full, finite=self.finite),
+        ]
         if growth is None:
             found = of_history.doubts_of_domains(history)
         else:
@@ -221,6 +228,14 @@ class Record:
         for i, name in enumerate(self.origin.tips):
             if name in decision.running or (decision.running and rates.get(name)):
                 values["tip_status"][i] = variables.TIP_STATUS.index("growing")
+        if self.full.growth is not None and self.full.growth.control == "crack":
+            tips = {tip.name for tip in body.grid.tips}
+            values["tied"] = np.array(
+                [
+                    float(name in decision.tied) if name in tips else np.nan
+                    for name in self.origin.tips
+                ]
+            )
         if progress is not None:
             values["cycles"] = progress.cycles
             for quantity, found in (("delta_K", progress.ranges), ("da_dN", rates)):
@@ -283,6 +298,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
     loading, source, u = body.loading, balance.points, balance.displacement
     applied = loading.at(balance.load_factor).force
     held = balance.internal_force - applied - balance.contact_force
+    held[relieved_nodes(body, balance)] = 0.0
     parts, factor = loading.boundaries.values(), balance.load_factor
     reaction = np.array(
         [
@@ -315,6 +331,8 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "unstable_points": balance.unstable_points,
         "finite_effect": balance.finite_effect * (abs(factor) if balance.finite else 1.0),
         "residual_norm": balance.residual_norm,
+        "force_imbalance": invariants.force_imbalance(body, balance),
+        "free_parts": len(loading.holds.free_parts),
         "negative_pivots": _negative_pivots(balance.solver),
         "n_points": len(body.points),
         "n_nodes": len(body.grid.nodes),

@@ -299,16 +299,17 @@ def _growth_facts(result: Result) -> list[tuple[str, str]]:
                 + ("; without jumps" if (whole["jump"] > 0.0).any() else ""),
             )
         )
-        lost = whole["energy_gap"].diff("step")
-        facts += _list(
-            "jumps",
-            [
-                f"step {int(step['step'])}: {float(step):.4g} N mm per mm become kinetic energy "
-                "as a tip breaks through"
-                for step in lost[whole["jump"].values[1:] > 0.0]
-            ],
-        )
+        facts += _list("jumps", [_jump(whole, int(i)) for i in np.flatnonzero(whole["jump"] > 0.0)])
     return facts
+
+
+def _jump(whole: xr.Dataset, i: int) -> str:
+    """What a break-through sets free, and what g_c takes of it."""
+    free = float(whole["energy_gap"][i] - whole["energy_gap"][i - 1])
+    where = f"step {i + 1}: as a tip breaks through, "
+    if free >= 0.0:
+        return f"{where}{free:.4g} N mm per mm go into motion"
+    return f"{where}g_c takes {-free:.4g} N mm per mm more than the body sets free"
 
 
 def _pressed(last: xr.Dataset) -> list[tuple[str, str]]:

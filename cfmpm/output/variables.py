@@ -25,6 +25,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tip_y": (TIP, "mm", "position of the crack tip"),
     "crack_length": (TIP, "mm", "length of the crack that ends at the tip"),
     "tip_status": (TIP, "1", "status of the tip"),
+    "tied": (
+        TIP,
+        "1",
+        "1 where a tip reaches g_c at the load of the first one within the error of the grid; 0 "
+        "where not, nan without crack control",
+    ),
     "cf_x": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
     "cf_y": (TIP, "N mm-1", "configurational force on the largest domain (paper eq 27)"),
     "cf_norm": (TIP, "N mm-1", "norm of the configurational force on the largest domain"),
@@ -42,7 +48,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "G": (
         TIP,
         "N mm-1",
-        "energy release rate from K_I and K_II, largest domain radius; J at finite deformation",
+        "energy release rate from K_I and K_II, largest radius; without K J, if positive",
     ),
     "G_kink": (TIP, "N mm-1", "energy release rate of a kink in the direction of growth"),
     "K_I": (TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest domain radius"),
@@ -97,6 +103,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "fracture_energy": (STEP, "N", "g_c times new crack length per mm of thickness (N mm/mm)"),
     "energy_gap": (STEP, "N", "external_work less strain_energy less fracture_energy"),
     "jump": (STEP, "1", "1 where a tip broke through its last ligament at the load before"),
+    "released_energy": (
+        STEP,
+        "N",
+        "energy that the last segments set free, at the load before; nan where no crack has run",
+    ),
     "newton_iterations": (STEP, "1", "Newton iterations so far; 0 for a linear solve"),
     "substeps": (STEP, "1", "load steps so far, including substeps; 0 for a linear solve"),
     "finite_effect": (
@@ -105,6 +116,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
         "estimated relative change of the strain energy by finite deformation, if neglected",
     ),
     "residual_norm": (STEP, "1", "largest unbalanced force over the largest nodal force"),
+    "force_imbalance": (
+        STEP,
+        "1",
+        "resultant of all loads and reactions over the largest; nan where the grid is reset",
+    ),
+    "free_parts": (STEP, "1", "parts that have come off the body and that no support holds"),
     "negative_pivots": (STEP, "1", "negative pivots of the stiffness; nan by amg"),
     "unstable_points": (STEP, "1", "points that have lost ellipticity; nan at small strain"),
     "n_points": (STEP, "1", "material points"),

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Self
 
 from shapely import LineString, Polygon, unary_union
@@ -107,6 +108,43 @@ class BodyShape:
         """The line of a crack with its mouths put onto the boundary."""
         return [self.snap(points[0]), *points[1:-1], self.snap(points[-1])]
 
+    def snapped_regions(self) -> list[Region]:
+        """The regions, with corners that count as on a line put onto it.
+
+        The lines are the boundary, then cracks, then the regions before.
+        """
+        lines = [
+            [Side(a, b) for a, b in pairwise(self.snapped(crack.points))]
+            for crack in self.geometry.cracks
+        ]
+        found = []
+        for region in self.geometry.regions:
+            if region.polygon is not None:
+                corners = [
+                    corner.model_copy(update={"at": self._onto(corner.at, lines)})
+                    for corner in region.polygon
+                ]
+                region = region.model_copy(update={"polygon": corners})
+            found.append(region)
+            lines.append(sides_of(shape_of(region)))
+        return found
+
+    def _onto(self, point: XY, lines: list[list[Side]]) -> XY:
+        """Put a corner of a region onto the boundary or one of the lines, at a corner if near."""
+        on = ON * self.size
+        if self.is_on_boundary(point):
+            return self.snap(point)
+        for sides in lines:
+            corner = min(
+                (at for s in sides for at in (s.start, s.end)), key=lambda at: math.dist(at, point)
+            )
+            if math.dist(corner, point) <= on:
+                return corner
+            nearest = min((s.nearest(point) for s in sides), key=lambda at: math.dist(at, point))
+            if math.dist(nearest, point) <= on:
+                return nearest
+        return point
+
 
 def geometry_of(scene: Scene) -> Geometry:
     """The geometry of a scene with a geometry or a family, with all names."""
@@ -142,8 +180,9 @@ def tip_points(scene: Scene) -> list[tuple[str, int, XY]]:
 def snap(scene: Scene) -> Scene:
     """Expand the scene and put crack mouths and load points exactly onto the boundary.
 
-    A point within `ON` times the size of the body goes to the nearest corner within that distance,
-    or else to the nearest point of a side; any other point stays.
+    Corners of regions are put onto cracks and other regions, too. A point within `ON` times the
+    size of the body goes to the nearest corner within that distance, or else to the nearest point
+    of a side; any other point stays.
     """
     body = BodyShape.of(scene)
     cracks = [
@@ -155,7 +194,8 @@ def snap(scene: Scene) -> Scene:
         load if load.point is None else load.model_copy(update={"point": body.snap(load.point)})
         for load in scene.loads
     ]
-    geometry = body.geometry.model_copy(update={"cracks": cracks})
+    parts = {"cracks": cracks, "regions": body.snapped_regions()}
+    geometry = body.geometry.model_copy(update=parts)
     return scene.model_copy(update={"geometry": geometry, "loads": loads})
 
 

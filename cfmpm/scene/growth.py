@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
+    BeforeValidator,
     Discriminator,
     Field,
     Tag,
@@ -45,6 +46,12 @@ class Fracture(Model):
         return self
 
 
+def _order(value: Any) -> Any:
+    if isinstance(value, bool) or value not in (1, 2):
+        raise ValueError("must be 1 or 2")
+    return value
+
+
 class Growth(Model):
     """How the cracks grow."""
 
@@ -61,7 +68,7 @@ class Growth(Model):
     direction: Annotated[str, OneOf(DIRECTIONS)] = Field(
         DEFAULT_DIRECTION, description="direction of crack growth; cf is the paper's"
     )
-    order: Literal[1, 2] = Field(
+    order: Annotated[Literal[1, 2], BeforeValidator(_order)] = Field(
         1,
         description="1: segments along the tangent of the path, as in the paper; 2: along its "
         "secant, extrapolated from the last two tangents: more accurate on smooth curves, but "

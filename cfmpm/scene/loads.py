@@ -39,7 +39,9 @@ class LoadKeys(Model):
         None, description="a named edge or hole; with a mesh file, the name of a physical curve"
     )
     box: Annotated[tuple[Point, Point], BeforeValidator(_box)] | None = Field(
-        None, description="two opposite corners [mm]: the part of the boundary inside"
+        None,
+        description="two opposite corners [mm]: the part of the boundary inside; crack faces are "
+        "no place for loads",
     )
     point: Point | None = Field(
         None, description="coordinates of a point [mm]; the grid gets a node there"

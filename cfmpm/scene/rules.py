@@ -18,6 +18,7 @@ from cfmpm.scene.mesh import Grading, Mesh
 from cfmpm.scene.model import Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
 from cfmpm.scene.rules_crack import misplaced_cracks
+from cfmpm.scene.rules_gaps import narrow_gaps
 from cfmpm.scene.rules_load import (
     contradictions,
     misplaced_loads,
@@ -62,10 +63,13 @@ def broken_rules(scene: Scene) -> list[Finding]:
     found += broken
     if not broken:  # the rules below need valid closed lines
         body = BodyShape.of(whole)
+        misplaced = [
+            *misplaced_holes(body),
+            *misplaced_regions(body),
+            *misplaced_cracks(body),
+        ]
+        found += misplaced or narrow_gaps(body)
         found += chain(
-            misplaced_holes(body),
-            misplaced_regions(body),
-            misplaced_cracks(body),
             misplaced_loads(whole, body),
             _nothing_to_grow(scene, bool(body.tips)),
             _sizes(whole, body),

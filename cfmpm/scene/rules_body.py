@@ -88,7 +88,7 @@ def _corners(key: str, corners: list[Vertex]) -> Iterator[Finding]:
     if hull.area <= ON * hull.length**2:
         yield key, "encloses no area: all its corners are on one line"
     elif not polygon.is_valid:
-        yield key, f"crosses or touches itself{_place_of_fault(polygon)}"
+        yield key, f"crosses or touches itself{place_of_fault(polygon)}"
 
 
 def _side(key: str, corners: list[Vertex], i: int) -> Iterator[Finding]:
@@ -122,7 +122,8 @@ def _height(a: XY, b: XY, point: XY) -> float:
     return abs(cross) / math.dist(a, b)
 
 
-def _place_of_fault(polygon: Polygon) -> str:
+def place_of_fault(polygon: Polygon) -> str:
+    """Where a closed line crosses or touches itself, in the words of a message."""
     reason = is_valid_reason(polygon)
     x, _, y = reason.partition("[")[2].rstrip("]").partition(" ")
     return f" near {at((float(x), float(y)))}" if y else ""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 
-from shapely import Point, box
+from shapely import LineString, Point, box
 
 from cfmpm.errors import did_you_mean
 from cfmpm.registry.loads import LOADS
@@ -12,6 +12,11 @@ from cfmpm.scene.geometry import CLEAR, ON, BodyShape
 from cfmpm.scene.loads import Load
 from cfmpm.scene.model import Scene
 from cfmpm.scene.rules_body import Finding, at
+from cfmpm.scene.shapes import XY
+
+# Of the length of the boundary in a box: a box that is a little larger than the side it is meant
+# for may hold so much of a crack that opens there.
+MOST_CRACK = 0.1
 
 
 def unknown_edges(scene: Scene) -> Iterator[Finding]:
@@ -91,8 +96,27 @@ def _box(key: str, load: Load, body: BodyShape) -> Iterator[Finding]:
         yield key, "has no width or no height: the corners must be opposite"
         return
     area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
-    if body.polygon.boundary.intersection(area).length <= ON * body.size:
+    held = body.polygon.boundary.intersection(area).length
+    if held <= ON * body.size:
         yield key, "holds no part of the boundary"
+    cracks = cracks_in_box(load.box, body.cracks)
+    length = sum(cracks.values())
+    if length > MOST_CRACK * held:
+        yield (
+            key,
+            f"holds {length:.4g} mm of {' and '.join(cracks)}, and {held:.4g} mm of the boundary: "
+            "loads do not act on crack faces; end the box at the boundary, or name an edge instead",
+        )
+
+
+def cracks_in_box(
+    corners: tuple[XY, XY], cracks: Mapping[str, LineString], least: float = 0.0
+) -> dict[str, float]:
+    """Length of the cracks in a box [mm], of those of which there is more than `least`."""
+    (x0, y0), (x1, y1) = corners
+    area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
+    lengths = {name: float(line.intersection(area).length) for name, line in cracks.items()}
+    return {name: length for name, length in lengths.items() if length > least}
 
 
 def _point(key: str, point: tuple[float, float], body: BodyShape) -> Iterator[Finding]:

@@ -38,6 +38,17 @@ class Side:
         turned = [centre + arm * cmath.rect(1, sweep * i / n) for i in range(1, n)]
         return [self.start, *(_xy(z) for z in turned)]
 
+    def sampled(self, n: int) -> NDArray[np.float64]:
+        """Points along the side at equal distances, both ends among them, (n, 2)."""
+        s = np.linspace(0.0, 1.0, n)
+        a, b = complex(*self.start), complex(*self.end)
+        if self.through is None:
+            z = a + s * (b - a)
+        else:
+            centre, sweep = self._arc(self.through)
+            z = centre + (a - centre) * np.exp(1j * sweep * s)
+        return np.column_stack([z.real, z.imag])
+
     def nearest(self, point: XY) -> XY:
         """The point of the side that is nearest to `point`."""
         p, a, b = complex(*point), complex(*self.start), complex(*self.end)

@@ -12,6 +12,7 @@ from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.loads import NodalLoads, hold_nodes
 from cfmpm.body.motion import Motion, nearest_filled
 from cfmpm.body.points import locate
+from cfmpm.body.rigid_motions import Holds
 from cfmpm.body.springs import Springs, ghost, supports
 from cfmpm.errors import SolveError
 from cfmpm.kernels import assembly
@@ -60,6 +61,7 @@ def load_grid(body: Body, motion: Motion) -> Body:
             loading,
             prescribed=np.zeros(grid.nodes.shape, bool),
             boundaries={},
+            holds=Holds.none(),
             loose=np.zeros((0, 1, 2)),
             node_area=np.ones((1, 1)),
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from structured import rectangle
@@ -48,3 +50,24 @@ def test_at_finite_deformation_the_normal_turns_with_the_crack(gap: float, degre
     turned = (GRID.nodes + apart(GRID, gap)) @ np.array([[c, s], [-s, c]])
     found = smallest_openings(GRID, turned - GRID.nodes, finite=True)
     assert found["crack_1"] == pytest.approx(min(gap, 0.0), abs=1e-14)
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize(("rise", "corner"), [(0.1, False), (0.5, True)])
+def test_a_corner_has_the_normals_of_both_sides(rise: float, corner: bool, element: str) -> None:
+    """A lesser bend, of 6 degrees, has their mean, along which a uniform pressure acts."""
+    mesh = rectangle(8, 8, 8.0, 8.0, crack=(4, 0, 4))
+    nodes = mesh.nodes.copy()
+    bend = int(np.flatnonzero((nodes == [2.0, ABOVE]).all(axis=1))[0])
+    before = nodes[nodes[:, 1] == ABOVE]
+    nodes[nodes[:, 1] == ABOVE, 1] += rise * np.clip(before[:, 0] - 2.0, 0.0, None)
+    grid = build_grid(replace(mesh, nodes=nodes), element)
+    pairs = face_pairs(grid, "crack_1")
+    at = (grid.nodes[pairs.left] == nodes[bend]).all(axis=1)
+    second = np.array([-rise, 1.0]) / np.hypot(rise, 1.0)
+    if corner:
+        np.testing.assert_allclose(pairs.normal[at], [[0.0, 1.0], second], atol=1e-15)
+    else:
+        total = np.array([0.0, 1.0]) + np.hypot(rise, 1.0) * second
+        np.testing.assert_allclose(pairs.normal[at], [total / np.hypot(*total)], atol=1e-15)
+    assert len(np.unique(pairs.left)) == len(pairs.left) - corner

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 import round_off
 from hooke import plane_matrix
+from posed import pose, unloaded
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import Delaunay
 from structured import rectangle
 
 from cfmpm.body.grid import Triangulation, build_grid
+from cfmpm.body.materials import material_table
 from cfmpm.body.points import seed
 from cfmpm.body.volume_patches import build_patches
+from cfmpm.equilibrium import small_strain
 from cfmpm.kernels import assembly, constitutive, patches
 
 
@@ -176,3 +179,22 @@ def test_no_locking(element, bound):
 
 def test_without_patches_t3_locks():
     assert radial_displacement("T3", 0.499999, patched=False) < 0.8
+
+
+def test_a_piece_of_round_off_size_in_another_material_does_not_change_the_stiffness():
+    """As a particle domain may have one beyond an interface, in a patch of which it is the last."""
+    grid = build_grid(rectangle(4, 4, 4.0, 4.0, shake=0.3), "T3")
+    points = seed(grid)
+    piece = {field.name: getattr(points, field.name)[[5]] for field in fields(points)}
+    piece |= {"volume": np.array([1e-17]), "material": np.array([1])}
+    points = type(points)(
+        **{name: np.concatenate([getattr(points, name), one]) for name, one in piece.items()}
+    )
+    rows = [{"E": 1e3, "nu": 0.49}, {"E": 1e4, "nu": 0.2}]
+    problem = pose(
+        grid, unloaded(grid), material_table(rows, "strain"), points, patches=build_patches(grid)
+    )
+    u = np.random.default_rng(0).normal(size=grid.nodes.shape)
+    force = small_strain.internal_force(problem, small_strain.deform(problem, u))
+    found = (small_strain.assemble_stiffness(problem) @ u.ravel()).reshape(-1, 2)
+    np.testing.assert_allclose(found, force, rtol=0, atol=1e-12 * np.abs(force).max())

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csc_array, csr_array, eye_array
 
-from cfmpm.equilibrium import contact
+from cfmpm.equilibrium import complementarity
 from cfmpm.errors import SolveError
 from cfmpm.linear import solvers
 from cfmpm.linear.solvers import Solution
@@ -29,7 +29,7 @@ def pressed(matrix, gap, slack=0.0):
     """Forces and openings of the pairs."""
     body = Flexibility(matrix)
     push = csc_array(eye_array(len(gap)))
-    force = contact._complementary_force(np.array(gap, float), slack, push, body)
+    force = complementarity.Flexibility(push, body).complementary_force(np.array(gap, float), slack)
     return force, gap + body.matrix @ force
 
 
@@ -93,7 +93,7 @@ def test_what_a_neighbour_closes_is_pressed():
     assert (np.abs(opening) < round_off.of_sum(flexibility * force, axis=1)).all()
 
 
-@pytest.mark.parametrize("patience", [0, contact.PATIENCE])
+@pytest.mark.parametrize("patience", [0, complementarity.PATIENCE])
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
 def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
@@ -104,9 +104,10 @@ def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     gap = rng.normal(size=n)
     factor = solvers.select(n, "superlu").factor(csr_array(K))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contact, "PATIENCE", patience)
-        patch.setattr(contact, "ROUNDS", 5000)
-        force = contact._complementary_force(gap, 1e-12, csc_array(eye_array(n)), factor)
+        patch.setattr(complementarity, "PATIENCE", patience)
+        patch.setattr(complementarity, "ROUNDS", 5000)
+        pairs = complementarity.Flexibility(csc_array(eye_array(n)), factor)
+        force = pairs.complementary_force(gap, 1e-12)
     opening = gap + np.linalg.solve(K, force)
     assert (force >= 0).all()
     assert opening.min() > -1e-9 * max(1.0, np.abs(force).max() * np.linalg.norm(np.linalg.inv(K)))

@@ -8,6 +8,7 @@ from cracked_beams import BEAMS, MATERIAL, bent_beam
 from scipy.sparse import csr_array, eye_array
 
 from cfmpm import build
+from cfmpm.body.loads import Loading, NodalLoads
 from cfmpm.equilibrium import contact
 from cfmpm.errors import SolveError
 from cfmpm.linear import solvers
@@ -24,6 +25,7 @@ class TestTurnedFaces:
         full = expand(scene_from_dict({"name": "contact", "material": MATERIAL, **scene}))
         self.grid = build.build(full).grid
         self.free = np.zeros((len(self.grid.nodes), 2), bool)
+        self.loading = Loading(self.free, NodalLoads.none(len(self.grid.nodes)), {})
         x, y = (self.grid.nodes / np.abs(self.grid.nodes).max()).T
         turned = self.grid.nodes @ np.array([[0.6, 0.8], [-0.8, 0.6]]) - self.grid.nodes
         bent = np.column_stack([x * y, y**2 - 0.5 * x**2])
@@ -31,7 +33,7 @@ class TestTurnedFaces:
         return self.at(self.shape)
 
     def at(self, shape):
-        return contact.CrackFaces(self.grid).turned(self.free, shape)
+        return contact.CrackFaces(self.grid).turned(self.loading, shape)
 
     def slopes(self, quantity, direction, step=1e-5):
         """Central difference."""
@@ -77,6 +79,6 @@ class TestTurnedFaces:
 
     def test_at_rest_they_are_those_of_small_strain(self, faces):
         turned = self.at(np.zeros_like(self.shape))
-        rest = contact.CrackFaces(self.grid).at_rest(self.free)
+        rest = contact.CrackFaces(self.grid).at_rest(self.loading)
         np.testing.assert_allclose(turned.push.toarray(), rest.push.toarray(), atol=1e-15)
         assert not turned.opening.any()

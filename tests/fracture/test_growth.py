@@ -15,9 +15,11 @@ from cfmpm.scene.growth import Growth
 GRID = build_grid(rectangle(8, 6, crack=(3, 2, 5)), "T3")
 
 
-def values(g, k_1=(1.0, 1.0), k_2=(0.0, 0.0), norm=None):
+def values(g, k_1=(1.0, 1.0), k_2=(0.0, 0.0), norm=None, error=0.0):
     return {
         "G": np.array(g, float),
+        "G_radius": np.array(g, float)[:, None],
+        "J_radius": (1.0 - error) * np.array(g, float)[:, None],
         "cf_norm": np.array(g if norm is None else norm, float),
         "cf_x": np.array([-1.0, 1.0]),
         "cf_y": np.array([0.0, 0.1]),
@@ -46,8 +48,15 @@ def test_crack_control_finds_the_load():
     decision = decide([0.16, 0.25], {"control": "crack"})
     assert decision.load_factor == pytest.approx(2.0)
     assert set(decision.running) == {"crack_1_end"}
-    twins = decide([0.249, 0.25], {"control": "crack"})
-    assert set(twins.running) == {"crack_1_start", "crack_1_end"}
+    assert decision.tied == ()
+    twins = decide([0.249, 0.25], {"control": "crack"}, error=0.003)
+    assert set(twins.running) == set(twins.tied) == {"crack_1_start", "crack_1_end"}
+    assert twins.load_factor == pytest.approx(2.0)
+    alone = decide([0.249, 0.25], {"control": "crack"}, error=0.001)
+    assert set(alone.running) == {"crack_1_end"}
+    largest = decide([0.249, 0.25], {"control": "crack", "tips": "largest"}, error=0.003)
+    assert set(largest.running) == {"crack_1_end"}
+    assert len(largest.tied) == 2
     nothing = decide([0.0, 0.0], {"control": "crack"})
     assert nothing.load_factor == math.inf
     assert nothing.running == {}

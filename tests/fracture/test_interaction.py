@@ -13,7 +13,7 @@ from cfmpm.body.grid import build_grid
 from cfmpm.body.materials import material_table
 from cfmpm.body.points import seed
 from cfmpm.fracture import cf
-from cfmpm.fracture.interaction import intensity_factors
+from cfmpm.fracture.interaction import IntensityFactors, intensity_factors
 from cfmpm.kernels import eshelby
 from cfmpm.scene.reading import scene_from_dict
 
@@ -132,3 +132,28 @@ def test_a_rotation_of_the_body_has_no_factors(element):
         found = intensity_factors(grid, points, gradients, material, turned, q, np.zeros(2))
         # Of 100 N/mm^2 that it would be taken for.
         assert abs(found.K_I) + abs(found.K_II) + abs(found.T_stress) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("k_2", "j", "kept"),
+    [
+        (0.5, 0.25, True),
+        (0.5, 0.35, True),
+        (0.5, 0.8, False),
+        (0.5, -0.1, False),
+        # Above 1 % of the pressure times sqrt(pi R): not to be doubted.
+        (20.0, 100.0, True),
+    ],
+)
+def test_a_faint_shear_of_a_closed_tip_needs_j_to_confirm_it(k_2, j, kept):
+    """With E' = 1 and a G_floor of 2e-3 times the square of 100, for the pressure."""
+    found = IntensityFactors(0.0, k_2, 0.0, k_2**2, pressure=1.0, G_floor=20.0)
+    told = found.confirmed(j)
+    assert (told == found) is kept
+    if not kept:
+        assert (told.K_II, told.G) == (0.0, 0.0)
+
+
+def test_an_open_tip_is_not_doubted():
+    found = IntensityFactors(0.5, 0.0, 0.0, 0.25)
+    assert found.confirmed(100.0) == found

@@ -22,6 +22,7 @@ from meshing_scenes import (
     worst_quality,
 )
 
+from cfmpm.errors import MeshError
 from cfmpm.meshing import expected_triangles, mesh_size, resolved_grading, triangulate
 from cfmpm.scene.geometry import BodyShape, body_polygon, snap
 
@@ -138,6 +139,23 @@ def test_a_sharp_corner_is_meshed_as_well_as_it_can_be():
     assert_sound(t)
     assert len(t.triangles) < 2000
     assert worst_quality(t) > 0.05
+
+
+def test_a_grid_is_the_same_in_a_child_process(monkeypatch):
+    scene = body(**BODIES["short edge"])
+    here = triangulate(scene)
+    monkeypatch.setattr("cfmpm.meshing.body.AT_ONCE", 10)
+    there = triangulate(scene)
+    np.testing.assert_array_equal(there.nodes, here.nodes)
+    np.testing.assert_array_equal(there.triangles, here.triangles)
+
+
+def test_lines_that_nearly_touch_do_not_make_endless_grids(monkeypatch):
+    """The rules refuse this scene; what they miss is found before it is meshed finely."""
+    monkeypatch.setattr("cfmpm.meshing.body.MOST_ADDED", 5e3)
+    beside = region("beside", polygon=[(0, 4.99999), (10, 4.99999), (10, 10), (0, 10)])
+    with pytest.raises(MeshError, match=r"e-06 thin near \(.*, 5\).* lines that nearly touch"):
+        triangulate(body(regions=[beside], cracks=[crack((0, 5), (3, 5))]))
 
 
 def test_mouths_are_on_the_boundary_and_tips_inside():

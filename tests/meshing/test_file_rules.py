@@ -114,6 +114,10 @@ def test_boxes_of_loads(tmp_path):
     reasons = refusals(path, loads=loads)
     assert "holds no part of the boundary" in reasons["loads[0].box"]
     assert "has no width or no height" in reasons["loads[1].box"]
+    cut = cracked(a=[(0, 4), (3, 4)]).write(tmp_path / "cut.msh")
+    over = [{"box": ((-1, 3.5), (2, 4.5)), "traction": (0, 1)}]
+    reason = refusals(cut, cracks=["a"], loads=over)["loads[0].box"]
+    assert "holds 2 mm of a, and 1 mm of the boundary: loads do not act on crack faces" in reason
 
 
 def test_regions_that_overlap(tmp_path):
@@ -150,6 +154,22 @@ def test_further_rules_of_a_geometry(tmp_path):
     path = cracked(a=[(0, 4), (3, 4)]).write(tmp_path / "a.msh")
     reasons = refusals(path, cracks=["a"], fracture={"radii": [1.0, 20.0]})
     assert reasons == {"fracture.radii[1]": "20 is larger than the body, 8"}
+
+
+def test_warnings_do_not_advise_keys_that_a_file_has_no_use_for(tmp_path):
+    """A coarse crack, and a slot whose sides meet in a sharp root."""
+    square = cracked(a=[(0, 4), (1, 4)])
+    for new in square.open_above([(x, 6) for x in range(4)]).values():
+        x, y = square.nodes[new]
+        square.nodes[new] = (x, y + 0.02 * (4 - x))
+    history = run(scene_of(square.write(tmp_path / "a.msh"), cracks=["a"])).history
+    told = history.attrs["warnings"]
+    assert "give the mesh file smaller elements there" in told
+    assert "(in the mesh file)" in told
+    assert "sharp notch" in told
+    assert "with a physical curve from (0, 6.04) to (4, 6) that mesh_file.cracks lists" in told
+    for key in ("mesh.size", "mesh.grading", "geometry."):
+        assert key not in told
 
 
 def test_an_edge_may_be_called_boundary(tmp_path):
@@ -192,7 +212,58 @@ def test_a_body_that_lies_over_itself_is_refused(tmp_path):
     ]
     loads = ({"edge": "top", "traction": (0, 1)},)
     reason = refusals(square.write(tmp_path / "a.msh"), loads=loads)["mesh_file.file"]
-    assert "is tangled: triangles lie over each other" in reason
+    assert "is tangled" in reason
+    assert "triangles lie over each other" in reason
+
+
+def test_surfaces_that_meet_without_common_nodes_are_refused(tmp_path):
+    """They share the ends of their border, and have other nodes along it."""
+    square = Square()
+    own = square.open_above([(x, HALF) for x in range(1, N)])
+    for new in own.values():
+        x, y = square.nodes[new]
+        square.nodes[new] = (x + 0.3, y)
+    reason = refusals(square.write(tmp_path / "a.msh"))["mesh_file.file"]
+    assert reason.startswith("hangs together by a single node at (")
+    assert "surfaces that meet have to share all nodes" in reason
+
+
+def test_an_outline_that_touches_itself_is_refused(tmp_path):
+    """A strip bent to a ring whose ends lie on each other, in other nodes."""
+    square = Square()
+    square.nodes = []
+    for y in range(N + 1):
+        for x in range(N + 1):
+            r = 5 + y if x < N else 5.55 + 7 * y / N
+            angle = -2 * np.pi * x / N
+            y_of = float(r * np.sin(angle)) if x % N else 0.0
+            square.nodes.append((float(r * np.cos(angle)), y_of))
+    loads = ({"edge": "top", "traction": (0, 1)},)
+    reason = refusals(square.write(tmp_path / "a.msh"), loads=loads)["mesh_file.file"]
+    assert "crosses or touches itself near (" in reason
+    assert "surfaces that meet have to share their nodes" in reason
+
+
+def test_cracks_from_a_hole_to_the_outline(tmp_path):
+    """One opens the hole, two cut the body."""
+    square = cracked(left=[(0, 4), (3, 4)], right=[(4, 4), (N, 4)])
+    square.triangles = [
+        t
+        for t in square.triangles
+        if not all(3 <= square.nodes[k][0] <= 4 and 3 <= square.nodes[k][1] <= 4 for k in t)
+    ]
+    path = square.write(tmp_path / "a.msh")
+    for name in ("left", "right"):
+        assert len(triangulate(scene_of(path, cracks=[name])).cracks[name]) in (3, 4)
+    reasons = refusals(path, cracks=["left", "right"])
+    assert reasons == {"mesh_file.cracks[1]": "cuts the body in two"}
+
+
+def test_two_lines_in_one_group_are_no_crack(tmp_path):
+    square = cracked(a=[(0, 4), (3, 4)])
+    square.lines["a"] += along((5, 4), (7, 4))
+    reasons = refusals(square.write(tmp_path / "a.msh"), cracks=["a"])
+    assert "each crack needs a physical curve of its own" in reasons["mesh_file.cracks[0]"]
 
 
 def test_parts_that_share_one_node_are_refused(tmp_path):

@@ -51,6 +51,16 @@ def test_rectangle_with_an_edge_crack(far):
     assert np.count_nonzero(~outer) == faces
 
 
+def test_a_margin_is_the_same_in_a_child_process(monkeypatch):
+    body = rectangle(6, 4, 6.0, 4.0, crack=(2, 0, 3))
+    here = surround(body, 1.0, 1.0)
+    monkeypatch.setattr("cfmpm.meshing.margin.MOST_SIDES", 1)
+    there = surround(body, 1.0, 1.0)
+    np.testing.assert_array_equal(there.nodes, here.nodes)
+    np.testing.assert_array_equal(there.triangles, here.triangles)
+    np.testing.assert_array_equal(there.cracks["crack_1"], here.cracks["crack_1"])
+
+
 def test_holes_are_filled_and_cracks_from_them_end_inside():
     scene = scene_from_dict(
         {

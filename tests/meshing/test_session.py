@@ -1,16 +1,21 @@
 from __future__ import annotations
 
 import builtins
+import os
+import signal
 import subprocess
 import sys
+import threading
+import time
 
 import gmsh
 import pytest
 from meshing_scenes import plate
 
 from cfmpm.errors import MeshError
+from cfmpm.interruption import terminated_as_interrupted
 from cfmpm.meshing import triangulate
-from cfmpm.meshing.session import gmsh_session
+from cfmpm.meshing.session import gmsh_session, in_child
 
 
 def test_importing_the_package_does_not_load_gmsh():
@@ -60,6 +65,76 @@ def test_a_failure_of_gmsh_says_what_to_change(monkeypatch):
     monkeypatch.setattr(gmsh.model.mesh, "generate", failing)
     with pytest.raises(MeshError, match=r"PLC Error.*mesh\.size"):
         triangulate(plate())
+
+
+class TestChild:
+    """What would keep signals waiting runs in a child process."""
+
+    def test_results_and_errors_come_back(self):
+        assert in_child(lambda: {"pid": 3}) == {"pid": 3}
+        pid = in_child(os.getpid)
+        assert pid != os.getpid()
+        with pytest.raises(MeshError, match="as it was raised"):
+            in_child(lambda: raising(MeshError("as it was raised")))
+
+    @pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGKILL])
+    def test_a_crash_is_told(self, number):
+        with pytest.raises(MeshError, match=f"gmsh has ended with {number.name}"):
+            in_child(lambda: os.kill(os.getpid(), number))
+
+    def test_a_child_without_a_result_is_told(self):
+        with pytest.raises(MeshError, match="gmsh has ended with status 3"):
+            in_child(lambda: os._exit(3))
+
+    def test_interrupts_end_the_child(self, tmp_path):
+        def work():
+            (tmp_path / "pid").write_text(str(os.getpid()))
+            os.kill(os.getppid(), signal.SIGTERM)
+            time.sleep(60)
+
+        start = time.monotonic()
+        with terminated_as_interrupted(), pytest.raises(KeyboardInterrupt):
+            in_child(work)
+        assert time.monotonic() - start < 10
+        with pytest.raises(ProcessLookupError):
+            os.kill(int((tmp_path / "pid").read_text()), 0)
+
+    def test_in_a_thread_work_is_done_in_place(self):
+        found = []
+        thread = threading.Thread(target=lambda: found.append(in_child(os.getpid)))
+        thread.start()
+        thread.join()
+        assert found == [os.getpid()]
+
+
+def raising(error):
+    raise error
+
+
+FINE = """\
+name: fine
+geometry: {outline: [[0, 0], [10, 0], [10, 10], [0, 10]], cracks: [{points: [[0, 5], [3, 5]]}]}
+material: {E: 210e3, nu: 0.3}
+loads: [{edge: edge_1, displacement: {x: 0, y: 0}}, {edge: edge_3, traction: [0, 1]}]
+mesh: {element: T3, size: 0.006, grading: uniform}
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_command_that_meshes_ends_when_it_is_asked_to(number, tmp_path):
+    (tmp_path / "fine.yaml").write_text(FINE)
+    command = [sys.executable, "-m", "cfmpm", "run", "fine.yaml"]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        assert "meshing about" in process.stderr.readline()
+        while not subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True).stdout:
+            time.sleep(0.1)
+        time.sleep(1.0)  # well inside gmsh
+        start = time.monotonic()
+        process.send_signal(number)
+        said = process.stderr.read()
+        assert process.wait(30) == 130
+        assert time.monotonic() - start < 2.0
+    assert said.endswith("cfmpm: interrupted\n")
 
 
 def test_meshing_is_silent(capfd):

@@ -20,6 +20,14 @@ REFUSED = [
     ("[{box: [[10, 10], [20, 20]], traction: [0, 1]}]", "[0].box", "no part of the boundary"),
     ("[{box: [[101, 0], [120, 60]], displacement: {x: 0}}]", "[0].box", "no part of the boundary"),
     ("[{box: [[0, 0], [0, 60]], displacement: {x: 0}}]", "[0].box", "no width or no height"),
+    (
+        "[{box: [[-1, 39], [11, 41]], traction: [0, -1]}]",
+        "[0].box",
+        "holds 10 mm of crack_1, and 2 mm of the boundary: loads do not act on crack faces",
+    ),
+    ("[{box: [[2, 36], [-1, 45]], traction: [0, 1]}]", "[0].box", "holds 2 mm of crack_1, and 9 "),
+    ("[{box: [[-1, 39], [30, 41]], displacement: {x: 0}}]", "[0].box", "end the box at the bound"),
+    ("[{box: [[-1, 39.5], [9, 60]], traction: [1, 0]}]", "[0].box", "holds 9 mm of crack_1, and"),
     ("[{box: [[0, 60], [100, 60]], traction: [0, 1]}]", "[0].box", "no width or no height"),
     (
         "[{point: [101, 30], force: [0, 1]}]",

@@ -82,7 +82,8 @@ def assert_exact(history, half_angle: float, allowed: float) -> None:
     np.testing.assert_allclose(abs(history.K_II), k_2, atol=allowed * k_1)
     np.testing.assert_allclose(history.G, (k_1**2 + k_2**2) / modulus, rtol=2 * allowed)
     np.testing.assert_allclose(history.J, history.G, rtol=2 * allowed)
-    assert history.attrs["warnings"] in ("", "[]")
+    if allowed < 0.02:  # linear triangles are told that they are coarse
+        assert history.attrs["warnings"] == "[]"
 
 
 @pytest.mark.parametrize("half_angle", [10, 30, 45])
@@ -156,3 +157,24 @@ def test_the_spline_of_an_edge_crack(tmp_path):
     assert float(history.J[0, 0]) == pytest.approx(0.01461, rel=0.01)
     assert abs(float(history.K_II[0, 0])) == pytest.approx(1.85, abs=0.05)
     assert float(history.domain_radius[0, 0, 0]) > 0.2
+
+
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_closed_faces_that_slide_along_the_arc(tmp_path, kinematics):
+    """Pressed from all sides and sheared: J of all rings is that of K_II."""
+    body = as_mesh_file(tmp_path / "a.msh", 45, 0.2)
+    shear, press = 3.0, STRESS
+    loads = [
+        {"edge": name, "traction": [-press * x + shear * y, -press * y + shear * x]}
+        for name, x, y in [("bottom", 0, -1), ("right", 1, 0), ("top", 0, 1), ("left", -1, 0)]
+    ]
+    radii = {"fracture": {"radii": [1.2, 2.0, 4.0, 7.0]}}
+    by_k = run(scene_from_dict(scene(body, **radii) | {"loads": loads})).history
+    history = by_k
+    if kinematics == "finite":
+        finite = scene(body, kinematics="finite", **radii) | {"loads": loads}
+        history = run(scene_from_dict(finite)).history
+    g = by_k.G.values[0]
+    assert (np.abs(by_k.K_I[0]) < 0.01 * np.abs(by_k.K_II[0])).all()
+    np.testing.assert_allclose(history.J_radius[-1], g[:, None] * np.ones(4), rtol=0.03)
+    assert (np.ptp(history.J_radius.values[-1], axis=1) < 0.015 * g).all()

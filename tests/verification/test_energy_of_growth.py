@@ -27,7 +27,7 @@ def grow(name, **overrides):
     [("plate_two_holes", 0.5, 1000.0), ("edge_crack_growth", 39.35, 200.0)],
 )
 def test_a_load_that_is_held_gives_more_than_the_toughness_takes(scene, size, toughness):
-    """What is neither stored nor g_c times new length is the sum of (J - g_c) da, to 0.3 %.
+    """What is neither stored nor g_c times new length is the sum of (J - g_c) da, to 0.4 %.
 
     The cracks run at G > g_c: a real one would turn the surplus into motion. At g_c of a third of
     G and more both terms count; at g_c = 1 N/mm the surplus is all there is.
@@ -41,7 +41,7 @@ def test_a_load_that_is_held_gives_more_than_the_toughness_takes(scene, size, to
     lost = (history.external_work - history.strain_energy - history.fracture_energy).values
     last = np.flatnonzero(with_J.all(axis=1))[-1] + 1
     assert lost[last] > 0.3 * float(history.external_work[last])
-    assert surplus[:last].sum() == pytest.approx(lost[last], rel=3e-3)
+    assert surplus[:last].sum() == pytest.approx(lost[last], rel=4e-3)
 
 
 def test_nothing_is_lost_on_the_equilibrium_path_but_where_a_crack_breaks_through():

@@ -15,7 +15,7 @@ from cfmpm.output.fields import build_fields
 from cfmpm.scene.reading import scene_from_dict
 
 # Not functions of the product alone: the factor itself, what is measured in it, wall times.
-OF_THE_FACTOR = ["load_factor", "critical_load_factor", "wall_time"]
+OF_THE_FACTOR = ["load_factor", "critical_load_factor", "wall_time", "force_imbalance"]
 # Powers of two multiply without round-off.
 EQUIVALENT = [(2.0, 1.0), (1.0, 2.0), (0.5, 4.0), (4.0, 0.5)]
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from cfmpm.fracture.ties import grid_error
 from cfmpm.mechanics import NEGLIGIBLE
-from cfmpm.output.analysis import LIGAMENT, before_arrival, parts_of_gap
+from cfmpm.output.analysis import LIGAMENT, before_arrival, in_steps, parts_of_gap
 from cfmpm.registry.criteria import DIRECTIONS
 from cfmpm.scene.growth import Growth
 from cfmpm.scene.model import Scene
@@ -19,11 +21,15 @@ COARSER = 3.0
 OVER_RADII, NO_J = 0.1, 1e-6
 # Largest relative difference of J and G, of stationary and of growing tips, and largest relative
 # energy gap, without a warning.
-J_FROM_G, J_FROM_G_GROWING = 0.02, 0.05
+J_FROM_G, J_FROM_G_GROWING = 0.03, 0.05
 OPEN_BALANCE = 0.05
 _FINER = (
     "the grid is too coarse at the tip, or at a kink of the crack; mesh.grading.tip_size, or a "
     "smaller mesh.size, refines it"
+)
+_FINER_FILE = (
+    "the grid is too coarse at the tip, or at a kink of the crack; give the mesh file smaller "
+    "elements there"
 )
 _FINER_GROWING = (
     "the grid is too coarse; fracture.refine refines it around the growing tip. The first segments "
@@ -72,7 +78,7 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
     felt = effect > NEGLIGIBLE
     if not finite:
         said = (
-            f"{_steps(felt)} finite deformation is neglected, which would change the strain "
+            f"{in_steps(felt)} finite deformation is neglected, which would change the strain "
             f"energy by about {100 * np.nanmax(effect):.2g} % (finite_effect); {_by_finite(scene)} "
             "takes it into account"
             if felt.any()
@@ -83,8 +89,8 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
         return []
     lost = np.isnan(history["K_I"].values) & ~np.isnan(history["J"].values)
     return [
-        f"{name}: {_steps(lost[:, i])} strain around the tip is not small, so that it has no K_I, "
-        "K_II and T at finite deformation, which kinematics: auto chose; G is J. "
+        f"{name}: {in_steps(lost[:, i])} strain around the tip is not small, so that it has no "
+        "K_I, K_II and T at finite deformation, which kinematics: auto chose; G is J. "
         f"kinematics: small gives K, with a strain energy that is {100 * np.nanmax(effect):.2g} % "
         "off at the largest load (finite_effect)"
         for i, name in enumerate(history["tip"].values)
@@ -131,13 +137,13 @@ def doubts_of_domains(history: xr.Dataset) -> list[str]:
         else "refine the grid at the tip"
     )
     return [
-        f"{name}: {_steps(far.sel(tip=name).values)} {what} differs by more than "
+        f"{name}: {in_steps(far.sel(tip=name).values)} {what} differs by more than "
         f"{100 * OVER_RADII:g} % between the domain radii, so that J depends on the domain: {why}"
         for name in history["tip"].values[far.any("step")]
     ]
 
 
-def doubts_of_release_rates(history: xr.Dataset, growth: Growth | None) -> list[str]:
+def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
     """Find the tips at which J and G from K_I and K_II differ by more than their stated errors.
 
     The errors are the ranges over the domain radii, `G_floor` of a closed tip, and a part of the
@@ -147,15 +153,16 @@ def doubts_of_release_rates(history: xr.Dataset, growth: Growth | None) -> list[
     Parameters
     ----------
     history : xarray.Dataset
-    growth : Growth or None
-        None for stationary cracks.
+    scene : Scene
 
     Returns
     -------
     list of str
         With the steps. Steps within the last elements before an arrival are ignored.
     """
+    growth = scene.growth
     part = J_FROM_G if growth is None else J_FROM_G_GROWING
+    finer = _FINER if scene.mesh_file is None else _FINER_FILE
     found = []
     for name in history["tip"].values:
         tip = history.sel(tip=name)
@@ -172,9 +179,9 @@ def doubts_of_release_rates(history: xr.Dataset, growth: Growth | None) -> list[
         if far.any():
             largest = 100.0 * float((np.abs(J - G)[far] / larger[far]).max())
             found.append(
-                f"{name}: {_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} % "
-                "of the larger one, more than their errors, so that at least one of them is wrong: "
-                + (_FINER if growth is None else _FINER_GROWING)
+                f"{name}: {in_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} "
+                "% of the larger one, more than their errors, so that at least one of them is "
+                "wrong: " + (finer if growth is None else _FINER_GROWING)
             )
     return found
 
@@ -201,14 +208,14 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
         if close.any():
             nearest = float(clearance[close].min())
             found.append(
-                f"{name}: {_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
+                f"{name}: {in_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
                 f"{LIGAMENT:g} element sizes, and the direction of growth is inaccurate; set "
                 "fracture.refine to a third of the clearance, or reduce mesh.hole_size"
             )
         coarse = before & (h > COARSER * h[0])
         if coarse.any():
             found.append(
-                f"{name}: {_steps(coarse)} the elements at the tip are up to "
+                f"{name}: {in_steps(coarse)} the elements at the tip are up to "
                 f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start, since the tip "
                 "has left the refined part of the grid; fracture.refine keeps the grid refined "
                 "around the tip"
@@ -217,13 +224,42 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
         border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
         if border.any() and np.isfinite(tip["K_I"]).any():
             found.append(
-                f"{name}: {_steps(border)} the tip lies on the interface of two materials, where "
+                f"{name}: {in_steps(border)} the tip lies on the interface of two materials, where "
                 "K_I and K_II are not defined; J is compared with g_c, and the crack grows "
                 "straight ahead"
             )
     if growth.control == "crack":
-        found += _open_balance(history)
+        found += _ties(history, growth) + _open_balance(history)
     return found
+
+
+def _ties(history: xr.Dataset, growth: Growth) -> list[str]:
+    """Warn where the grid decides which tip grows first."""
+    tied, names = history["tied"].values > 0.0, history["tip"].values
+    error = grid_error({name: history[name].values for name in ("J_radius", "G_radius")})
+    found = []
+    for group in np.unique(tied[tied.any(axis=1)], axis=0):
+        steps = (tied == group).all(axis=1)
+        # Of a load, half of that of the energy release rate; twice, for two tips.
+        size = 100.0 * float(error[steps][:, group].max())
+        way = (
+            "they grow together, by equal lengths. Tips that are not meant to be alike are told "
+            "apart by a finer grid (smaller mesh.size); growth.tips: largest lets one grow alone"
+            if growth.tips == "all"
+            else "growth.tips: largest lets one of them grow alone; growth.tips: all lets them "
+            "grow together"
+        )
+        found.append(
+            f"{_listed(names[group].tolist())}: {in_steps(steps)} the loads at which they reach "
+            f"g_c agree within the error of the grid, {size:.2g} % at most (J, G and their range "
+            f"over the domain radii), so that the grid decides which grows first: {way}"
+        )
+    return found
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Name things in a sentence."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _open_balance(history: xr.Dataset) -> list[str]:
@@ -234,11 +270,5 @@ def _open_balance(history: xr.Dataset) -> list[str]:
     return [
         f"the energy balance has a gap of {100 * parts[1]:.2g} % of the fracture energy, "
         f"{100 * parts[0]:.2g} % of the external work, which measures the error of G along the "
-        "path; reduce it by fracture.refine or a smaller mesh.size"
+        "path; reduce it by fracture.refine or a finer grid"
     ]
-
-
-def _steps(where: NDArray[np.bool_]) -> str:
-    """Name the range of steps from the first to the last marked one."""
-    first, last = np.flatnonzero(where)[[0, -1]] + 1
-    return f"in step {first}" if first == last else f"in steps {first} to {last}"

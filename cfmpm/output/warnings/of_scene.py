@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from shapely import LineString
 
 from cfmpm.body.body import Body
-from cfmpm.body.grid import Floats
+from cfmpm.body.grid import Floats, line_of
 from cfmpm.body.notches import sharp_notches
 from cfmpm.body.tip_domains import FILL, RESOLVED
 from cfmpm.equilibrium.balance import Equilibrium
@@ -13,11 +14,14 @@ from cfmpm.registry.laws import LAWS
 from cfmpm.registry.loads import LOADS
 from cfmpm.scene.families import expand
 from cfmpm.scene.model import Scene
+from cfmpm.scene.rules_load import cracks_in_box
 
 # Range of material constants, rounded outwards: Young's modulus from gels (1e-3 MPa) to diamond
 # (1e6 MPa), toughness from ice (0.003 N/mm) to pure ductile metals (1000 N/mm); Ashby and Jones,
 # Engineering Materials 1, tables of Young's modulus and of toughness.
 USUAL = {"E": (1e-3, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
+# Of the size of the body: crack in the box of a load that is worth a warning.
+LEAST_IN_BOX = 1e-3
 
 
 def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
@@ -93,7 +97,7 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
     -------
     list of str
     """
-    grid = body.grid
+    grid, own = body.grid, scene.mesh_file is None
     found = [*unusual(scene), *body.loading.warnings]
     if not body.loading.any:
         found.append(
@@ -103,10 +107,24 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
     found += [
         f"the boundary has a sharp notch with its root at ({_xy(notch.root)}) and an angle of "
         f"{notch.angle:.3g} deg, where neither K nor J is evaluated and nothing grows; if a crack "
-        "is meant, take the notch out of the outline and add geometry.cracks: "
-        f"[{{points: [[{_xy(notch.mouth)}], [{_xy(notch.root)}]]}}]"
+        + (
+            "is meant, take the notch out of the outline and add geometry.cracks: "
+            f"[{{points: [[{_xy(notch.mouth)}], [{_xy(notch.root)}]]}}]"
+            if own
+            else "is meant, mesh the body without the notch, with a physical curve from "
+            f"({_xy(notch.mouth)}) to ({_xy(notch.root)}) that mesh_file.cracks lists"
+        )
         for notch in sharp_notches(body.triangulation)
     ]
+    mesh = body.triangulation
+    lines = {name: LineString(mesh.nodes[line_of(pairs)]) for name, pairs in mesh.cracks.items()}
+    least = LEAST_IN_BOX * float(np.ptp(mesh.nodes, axis=0).max())
+    for load in scene.loads:
+        if load.box is not None and (held := cracks_in_box(load.box, lines, least)):
+            found.append(
+                f"{load.name}: its box holds {sum(held.values()):.4g} mm of {' and '.join(held)}; "
+                "loads do not act on crack faces: end the box at the boundary, or name an edge"
+            )
     if body.patches is not None and body.materials.plastic.any():
         found.append(
             "linear triangles (T3) are too stiff in plastic flow near the limit load, also with "
@@ -122,7 +140,8 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
         if not domain.growing and max(domain.radii) < RESOLVED * tip.h:
             found.append(
                 f"{tip.name}: the largest domain radius is below {RESOLVED:g} element sizes; "
-                "refine the grid at the tip (mesh.grading.tip_size, or mesh.size)"
+                "refine the grid at the tip "
+                + ("(mesh.grading.tip_size, or mesh.size)" if own else "(in the mesh file)")
             )
     return found
 

@@ -13,6 +13,7 @@ from cfmpm.body.motion import Motion
 from cfmpm.body.volume_patches import patch_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
+from cfmpm.mechanics import leans
 from cfmpm.output.warnings.of_scene import doubts_before
 from cfmpm.scene.model import Scene
 
@@ -60,7 +61,7 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium) -> list[str]:
             "the external work, summed over the load steps, differs from the strain energy and "
             f"plastic work by more than {100 * IMBALANCE:g} % (external_work): increase load_steps"
         )
-    if _leans(body, balance):
+    if leans(body, balance):
         found.append(
             "the loads have a moment on the deformed body, as compressive loads do, and no support "
             "prevents the rotation: it was held, with a reaction moment"
@@ -94,16 +95,6 @@ def _adds_up(body: Body, balance: Equilibrium) -> bool:
     if points.internal_variables.size:
         spent += float(body.materials.plastic_work(points) @ points.volume)
     return bool(abs(balance.external_work - spent) <= IMBALANCE * max(abs(spent), 1e-300))
-
-
-def _leans(body: Body, balance: Equilibrium) -> bool:
-    """Whether a rigid rotation held at nodes has a reaction at finite deformation."""
-    places = tuple(body.loading.turning.T)
-    if not balance.finite or not body.loading.turning.size:
-        return False
-    force = balance.internal_force - body.loading.at(balance.load_factor).force
-    largest = np.abs(balance.internal_force).max(initial=0.0)
-    return bool(np.abs(force[places]).max() > 1e-6 * largest)
 
 
 def _alarms(body: Body, motion: Motion, balance: Equilibrium) -> Iterator[str]:

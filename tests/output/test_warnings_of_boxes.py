@@ -1,0 +1,37 @@
+"""A box of a load that holds a little of a crack is told, and ending it at the boundary helps."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import cfmpm
+from cfmpm.scene import scene_from_dict
+
+
+def warnings(right: float) -> list[str]:
+    """Of a plate whose left side is pulled in a box that ends at some x."""
+    scene: dict[str, Any] = {
+        "name": "plate",
+        "geometry": {
+            "outline": [[0, 0], [20, 0], [20, 40], [0, 40]],
+            "cracks": [{"points": [[0, 20], [5, 20]]}],
+        },
+        "material": {"E": 210e3, "nu": 0.3},
+        "loads": [
+            {"edge": "edge_2", "displacement": {"x": 0, "y": 0}},
+            {"name": "pull", "box": [[-1, 10], [right, 30]], "traction": [0, 1]},
+        ],
+        "mesh": {"element": "T3", "size": 2},
+    }
+    found: list[str] = json.loads(cfmpm.run(scene_from_dict(scene)).history.attrs["warnings"])
+    return found
+
+
+def test_crack_in_the_box_of_a_load() -> None:
+    (text,) = (text for text in warnings(0.5) if "box" in text)
+    assert text == (
+        "pull: its box holds 0.5 mm of crack_1; loads do not act on crack faces: end the box at "
+        "the boundary, or name an edge"
+    )
+    assert not [text for text in warnings(0.01) if "box" in text]

@@ -1,0 +1,33 @@
+"""Whatever the scene: loads balance reactions, no energy appears, G >= 0, faces do not overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from growth_scenes import violations
+
+from cfmpm.equilibrium import contact
+
+# A share of what `python tests/verification/growth_scenes.py 500` runs.
+SEEDS = range(30)
+# A crack cuts off a part there on which the rest presses.
+PINNED = 365
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_scene_violates_nothing(seed: int) -> None:
+    ending, found = violations(seed)
+    assert not found, ending
+
+
+def test_a_part_that_is_pinned_in_space_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the holds of a part that is cut off would be if contact could press on them."""
+
+    def pinned(gap, slack, push, parting, factor):
+        pressed = contact.Flexibility(push, factor).complementary_force(gap, slack)
+        return pressed, np.zeros(parting.shape[1])
+
+    monkeypatch.setattr(contact, "_force_beside_free_parts", pinned)
+    _, found = violations(PINNED)
+    assert any("loads and reactions miss each other" in text for text in found)
