@@ -16,9 +16,9 @@ def one_blas_thread() -> Iterator[None]:
     Notes
     -----
     The limit holds for the whole process and is restored at the end. It applies to loaded
-    libraries, as those of NumPy and SciPy are. Other packages have their own, which are serial:
-    CHOLMOD in kvxopt's wheels, gmsh by its options, rslab by its arguments. Apple's Accelerate
-    cannot be limited.
+    libraries, as those of NumPy and SciPy are. Other packages have their own: that of kvxopt is
+    limited when it is loaded (`linear.cholmod`); gmsh is serial by its options, rslab by its
+    arguments. Apple's Accelerate cannot be limited.
     """
     with _libraries().limit(limits=1):
         yield

@@ -39,7 +39,8 @@ def lowest_on_circle(mxx, myy, mxy, wx, wy):
     w1, w2 = c * wx + s * wy, c * wy - s * wx
     gap = 2.0 * r
     t = max(abs(w1), abs(w2) - gap)
-    if w1 == 0.0 and abs(w2) <= gap:
+    # Too small a w1 changes nothing, and its quotients below overflow.
+    if abs(w1) <= 1e-17 * (gap + abs(w2)) and abs(w2) <= gap:
         v2 = -w2 / gap if gap > 0.0 else 0.0
         v1 = math.sqrt(1.0 - v2 * v2)
     else:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
+from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array
+from threadpoolctl import ThreadpoolController
 
 from cfmpm.linear.engine import TOLERANCE, Floats, NotPositiveDefiniteError
 
@@ -23,8 +26,7 @@ class Cholmod:
     direct: ClassVar[bool] = True
 
     def __init__(self, K: csr_array, modes: Floats | None) -> None:
-        self._base = import_module("kvxopt.base")
-        self._cholmod = import_module("kvxopt.cholmod")
+        self._base, self._cholmod = _library()
         rows = np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))
         self._half = np.flatnonzero(K.indices >= rows)
         # Values are zero, since the analysis only reads the pattern.
@@ -54,3 +56,13 @@ class Cholmod:
         x = self._base.matrix(b)
         self._cholmod.solve(self._factor, x)
         return np.array(x).ravel(), ()
+
+
+@cache
+def _library() -> tuple[ModuleType, ModuleType]:
+    """Import kvxopt; its BLAS is loaded with it, after the threads of a run were limited."""
+    modules = import_module("kvxopt.base"), import_module("kvxopt.cholmod")
+    for library in ThreadpoolController().lib_controllers:
+        if "kvxopt" in library.filepath:
+            library.set_num_threads(1)
+    return modules

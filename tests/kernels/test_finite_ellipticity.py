@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 from test_laws import ELASTIC, EYE, LAM, MU, nominal, respond, tangent, volumetric
@@ -70,6 +70,9 @@ def test_no_direction_is_missed(law, seed, size):
         st.sampled_from([0.0, 1e-12, 1.0, -1.0]) | st.floats(-2, 2), min_size=5, max_size=5
     )
 )
+@example(values=[-1.0, 0.0, 0.0, 5e-324, 1.0])
+@example(values=[-1.0, 0.0, 0.0, 1e-300, 0.5])
+@example(values=[-1.0, 0.0, 0.0, 1e-16, 1.0])
 def test_quadratic_on_the_circle(values):
     """Hard cases too: w = 0, w across the axis, M a multiple of the unit matrix."""
     mxx, myy, mxy, wx, wy = values
