@@ -419,5 +419,6 @@ def _lost(
         if component != 0.0 and part > BALANCE:
             yield (
                 f"loads[{i}].{load.kind}: {100 * part:.3g} % of {load.name} acts where "
-                f"u_{'xy'[axis]} is prescribed, and is carried by that support alone"
+                f"u_{'xy'[axis]} is prescribed, and is carried by that support alone: take it off "
+                f"there, or leave u_{'xy'[axis]} free there"
             )

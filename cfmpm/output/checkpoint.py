@@ -26,6 +26,7 @@ from cfmpm.fracture.ties import Tie
 from cfmpm.output.files import written_aside
 from cfmpm.output.history import StepRecord
 from cfmpm.output.record import Origin, Record
+from cfmpm.output.warnings.doubt import Doubts
 from cfmpm.scene import Scene, effective_config, expand
 from cfmpm.state import Stage
 from cfmpm.updated import reset
@@ -79,6 +80,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         "origin": asdict(record.origin),
         "notes": record.notes,
         "warnings": list(record.warnings),
+        "doubts": record.doubts.listed(),
         "came_off": record.came_off,
         "seconds": [step.seconds for step in record.steps],
         "decision": None if decision is None else asdict(decision),
@@ -140,6 +142,7 @@ def read_checkpoint(path: Path) -> Start:
     record = Record(scene, expand(scene), Origin(**origin))
     record.notes = texts["notes"]
     record.warnings = dict.fromkeys(texts["warnings"])
+    record.doubts = Doubts(texts["doubts"])
     record.came_off = [np.array(centre) for centre in texts["came_off"]]
     record.steps = _read_steps(arrays, texts["seconds"])
     decision = texts["decision"]

@@ -21,7 +21,8 @@ from cfmpm.fracture.relieved import relieved_nodes
 from cfmpm.output import choices, invariants, variables
 from cfmpm.output.external_work import conjugates, released, work_after
 from cfmpm.output.history import StepRecord, build_history
-from cfmpm.output.warnings import of_history, of_state
+from cfmpm.output.warnings import of_history, of_scene, of_state
+from cfmpm.output.warnings.doubt import Doubts
 from cfmpm.registry.solvers import SOLVERS
 from cfmpm.registry.table import load
 from cfmpm.scene.model import Scene
@@ -77,6 +78,7 @@ class Record:
         self.holes = {str(hole.name) for hole in full.geometry.holes} if full.geometry else set()
         self.steps: list[StepRecord] = []
         self.warnings: dict[str, None] = {}
+        self.doubts = Doubts()
         self.notes: dict[str, Any] = {}
         self.finite = False
         self.decision: Decision | None = None
@@ -133,10 +135,15 @@ class Record:
             values["energy_gap"] = values["external_work"] - values["strain_energy"] - spent
         self.steps.append(StepRecord(factor, values, seconds, conjugates(body, balance, scale)))
         self.notes |= choices.choices(self.full, body, balance)
-        self.warnings |= dict.fromkeys(of_state.doubts(self.full, body, balance))
         off = invariants.came_off(body, len(self.steps), self.came_off)
-        self.warnings |= dict.fromkeys([*off, *of_state.doubts_at_tips(body, tips)])
-        self.warnings |= dict.fromkeys(of_state.doubts_of_fixed_loads(body, balance, tips))
+        self.warnings |= dict.fromkeys([*of_scene.doubts_of_scene(self.full, body), *off])
+        for doubts in (
+            of_scene.doubts_of_tip_domains(self.full, body),
+            of_state.doubts(self.full, body, balance),
+            of_state.doubts_at_tips(body, tips),
+            of_state.doubts_of_fixed_loads(body, balance, tips),
+        ):
+            self.doubts.add(len(self.steps), doubts)
 
     def close(self, end: RunEnded, seconds: Mapping[str, float]) -> xr.Dataset:
         """Return the history of a run that has ended.
@@ -212,11 +219,11 @@ class Record:
             *of_history.doubts_of_kinematics(history, self.full, finite=self.finite),
         ]
         if growth is None:
-            found = of_history.doubts_of_domains(history)
+            found = of_history.doubts_of_domains(history, self.full)
         else:
             first = of_history.doubts_of_end(history, growth) + first
-            found = of_history.doubts_of_path(history, growth)
-        warnings = [*first, *self.warnings, *found]
+            found = of_history.doubts_of_path(history, self.full, growth)
+        warnings = [*first, *self.warnings, *self.doubts.said(), *found]
         history.attrs["warnings"] = json.dumps(warnings, ensure_ascii=False)
         return history
 

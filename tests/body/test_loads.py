@@ -182,7 +182,7 @@ def test_a_traction_that_a_support_takes_up_is_told():
     _, loading = load([support, across])
     assert loading.warnings == (
         "loads[1].traction: 75 % of across acts where u_y is prescribed, and is carried by "
-        "that support alone",
+        "that support alone: take it off there, or leave u_y free there",
     )
     _, loading = load(
         [support | {"displacement": {"x": 0}}, support | {"name": "b", "edge": "left"}, across]

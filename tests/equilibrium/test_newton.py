@@ -289,7 +289,12 @@ class TestPlasticity:
         history = run(PLATE, material=self.STEEL, **kind).history
         told = [w for w in json.loads(history.attrs["warnings"]) if "depends on the domain" in w]
         assert len(told) == 1
-        assert "to 3 the sum of J and J_plastic" in told[0]
+        assert "in steps 2 to 3 the sum of J and J_plastic differs by up to" in told[0]
+        assert told[0].endswith("give larger fracture.radii, or end load_steps before")
+        before = {"load_steps": [0.5]}, {"load_steps": [0.5, 1.0], "fracture": {"radii": [8, 10]}}
+        for change in before:
+            less = run(PLATE, material=self.STEEL, **kind | change).history
+            assert "depends on the domain" not in less.attrs["warnings"]
 
     def test_below_yield_it_is_hencky(self):
         loads = [

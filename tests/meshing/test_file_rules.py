@@ -164,8 +164,8 @@ def test_warnings_do_not_advise_keys_that_a_file_has_no_use_for(tmp_path):
         square.nodes[new] = (x, y + 0.02 * (4 - x))
     history = run(scene_of(square.write(tmp_path / "a.msh"), cracks=["a"])).history
     told = history.attrs["warnings"]
-    assert "give the mesh file smaller elements there" in told
-    assert "(in the mesh file)" in told
+    assert "below 4 element sizes: give the mesh file elements of at most" in told
+    assert "or at a kink of the crack: give the mesh file elements of at most" in told
     assert "sharp notch" in told
     assert "with a physical curve from (0, 6.04) to (4, 6) that mesh_file.cracks lists" in told
     for key in ("mesh.size", "mesh.grading", "geometry."):

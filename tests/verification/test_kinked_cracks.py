@@ -165,6 +165,7 @@ def test_wings_on_a_coarse_grid_are_told_by_their_energy():
             {"edge": "bottom", "traction": [0, 100]},
             {"edge": "top", "traction": [0, -100]},
         ],
+        "mesh": {"size": 15},
         "growth": {"control": "crack", "increments": 12},
     }
     open_by = {}

@@ -10,7 +10,9 @@ import xarray as xr
 from cfmpm.fracture.ties import grid_error
 from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.output.analysis import LIGAMENT, before_arrival, in_steps, parts_of_gap
+from cfmpm.output.warnings.of_scene import finer_at_tips, rounded_down
 from cfmpm.registry.criteria import DIRECTIONS
+from cfmpm.registry.laws import LAWS
 from cfmpm.scene.growth import Growth
 from cfmpm.scene.model import Scene
 
@@ -23,18 +25,6 @@ OVER_RADII, NO_J = 0.1, 1e-6
 # energy gap, without a warning.
 J_FROM_G, J_FROM_G_GROWING = 0.03, 0.05
 OPEN_BALANCE = 0.05
-_FINER = (
-    "the grid is too coarse at the tip, or at a kink of the crack; mesh.grading.tip_size, or a "
-    "smaller mesh.size, refines it"
-)
-_FINER_FILE = (
-    "the grid is too coarse at the tip, or at a kink of the crack; give the mesh file smaller "
-    "elements there"
-)
-_FINER_GROWING = (
-    "the grid is too coarse; fracture.refine refines it around the growing tip. The first segments "
-    "behind a kink keep this difference, since they are as short as an element on any grid"
-)
 
 
 def doubts_of_end(history: xr.Dataset, growth: Growth) -> list[str]:
@@ -110,12 +100,14 @@ def _by_finite(scene: Scene) -> str:
     return "kinematics: finite" + (f" (with {' and '.join(missing)})" if missing else "")
 
 
-def doubts_of_domains(history: xr.Dataset) -> list[str]:
+def doubts_of_domains(history: xr.Dataset, scene: Scene) -> list[str]:
     """Find the stationary crack tips at which J depends on the domain.
 
     Parameters
     ----------
     history : xarray.Dataset
+    scene : Scene
+        Expanded.
 
     Returns
     -------
@@ -131,16 +123,29 @@ def doubts_of_domains(history: xr.Dataset) -> list[str]:
     felt = NO_J * history["strain_energy"].max() / history["clearance"]
     far = (spread > OVER_RADII * abs(largest)) & (spread > felt)
     what = "the sum of J and J_plastic" if plastic else "J"
-    why = (
-        "plastic loading was not proportional, as in unloading"
-        if plastic
-        else "refine the grid at the tip"
-    )
-    return [
-        f"{name}: {in_steps(far.sel(tip=name).values)} {what} differs by more than "
-        f"{100 * OVER_RADII:g} % between the domain radii, so that J depends on the domain: {why}"
-        for name in history["tip"].values[far.any("step")]
-    ]
+    unstable = history["unstable_points"].max("step").values > 0.0
+    found = []
+    for name in history["tip"].values[far.any("step")]:
+        where = far.sel(tip=name).values
+        size = 100.0 * float((spread / abs(largest)).sel(tip=name).values[where].max())
+        h = float(history["tip_size"].sel(tip=name).values[where].min())
+        if plastic:
+            why = (
+                "plastic loading was not proportional there, as near the tip and in unloading: "
+                "give larger fracture.radii, or end load_steps before"
+            )
+        elif unstable and not LAWS[scene.material.law].elliptic:
+            why = (
+                "points around the tip have lost ellipticity, and smaller elements lose it at "
+                "lower loads; material.law: ciarlet stays elliptic"
+            )
+        else:
+            why = finer_at_tips(scene, 0.5 * h)
+        found.append(
+            f"{name}: {in_steps(where)} {what} differs by up to {size:.2g} % between the domain "
+            f"radii, so that J depends on the domain: {why}"
+        )
+    return found
 
 
 def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
@@ -162,7 +167,6 @@ def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
     """
     growth = scene.growth
     part = J_FROM_G if growth is None else J_FROM_G_GROWING
-    finer = _FINER if scene.mesh_file is None else _FINER_FILE
     found = []
     for name in history["tip"].values:
         tip = history.sel(tip=name)
@@ -178,20 +182,34 @@ def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
             far &= before_arrival(tip)
         if far.any():
             largest = 100.0 * float((np.abs(J - G)[far] / larger[far]).max())
+            way = _finer(scene, float(tip["tip_size"].values[far].min()))
             found.append(
                 f"{name}: {in_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} "
                 "% of the larger one, more than their errors, so that at least one of them is "
-                "wrong: " + (finer if growth is None else _FINER_GROWING)
+                f"wrong: the grid is too coarse {way}"
             )
     return found
 
 
-def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
+def _finer(scene: Scene, h: float) -> str:
+    """Advise a finer grid than one of elements of size h at a tip [mm]."""
+    if scene.growth is None:
+        return f"at the tip, or at a kink of the crack: {finer_at_tips(scene, 0.5 * h)}"
+    return (
+        f"around the growing tip: set fracture.refine to at most {rounded_down(0.5 * h)} mm. The "
+        "first segments behind a kink keep this difference, since they are as short as an element "
+        "on any grid"
+    )
+
+
+def doubts_of_path(history: xr.Dataset, scene: Scene, growth: Growth) -> list[str]:
     """Find steps of crack growth whose results are doubtful.
 
     Parameters
     ----------
     history : xarray.Dataset
+    scene : Scene
+        Expanded.
     growth : Growth
 
     Returns
@@ -210,15 +228,17 @@ def doubts_of_path(history: xr.Dataset, growth: Growth) -> list[str]:
             found.append(
                 f"{name}: {in_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
                 f"{LIGAMENT:g} element sizes, and the direction of growth is inaccurate; set "
-                "fracture.refine to a third of the clearance, or reduce mesh.hole_size"
+                f"fracture.refine to at most {rounded_down(0.5 * nearest / LIGAMENT)} mm"
             )
-        coarse = before & (h > COARSER * h[0])
+        # Who sets fracture.refine has chosen the size at the tip.
+        chosen = scene.fracture.refine is not None
+        coarse = before & (h > COARSER * h[0]) & (not chosen)
         if coarse.any():
             found.append(
                 f"{name}: {in_steps(coarse)} the elements at the tip are up to "
                 f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start, since the tip "
-                "has left the refined part of the grid; fracture.refine keeps the grid refined "
-                "around the tip"
+                f"has left the refined part of the grid; fracture.refine: {rounded_down(h[0])} "
+                "keeps it refined around the tip"
             )
         J = tip["J"].values
         border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
@@ -270,5 +290,11 @@ def _open_balance(history: xr.Dataset) -> list[str]:
     return [
         f"the energy balance has a gap of {100 * parts[1]:.2g} % of the fracture energy, "
         f"{100 * parts[0]:.2g} % of the external work, which measures the error of G along the "
-        "path; reduce it by fracture.refine or a finer grid"
+        f"path, of the size of the segments: {_smaller_segments(history)}"
     ]
+
+
+def _smaller_segments(history: xr.Dataset) -> str:
+    """Advise segments, and elements, of half the size."""
+    h = 0.5 * float(np.nanmin(history["tip_size"].values))
+    return f"set fracture.refine to at most {rounded_down(h)} mm"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+
 import numpy as np
 from shapely import LineString
 
@@ -10,6 +13,7 @@ from cfmpm.body.grid import Floats, line_of
 from cfmpm.body.notches import sharp_notches
 from cfmpm.body.tip_domains import FILL, RESOLVED
 from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.output.warnings.doubt import Doubt
 from cfmpm.registry.laws import LAWS
 from cfmpm.registry.loads import LOADS
 from cfmpm.scene.families import expand
@@ -97,7 +101,24 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
     -------
     list of str
     """
-    grid, own = body.grid, scene.mesh_file is None
+    domains = [doubt.said() for doubt in doubts_of_tip_domains(scene, body)]
+    return [*doubts_of_scene(scene, body), *domains]
+
+
+def doubts_of_scene(scene: Scene, body: Body) -> list[str]:
+    """Give the warnings about a scene that hold for all of its states.
+
+    Parameters
+    ----------
+    scene : Scene
+        Expanded.
+    body : Body
+
+    Returns
+    -------
+    list of str
+    """
+    own = scene.mesh_file is None
     found = [*unusual(scene), *body.loading.warnings]
     if not body.loading.any:
         found.append(
@@ -131,19 +152,46 @@ def doubts_before(scene: Scene, body: Body) -> list[str]:
             "the volume change averaged over patches: use mesh.element: T6 (formulation: updated "
             "then needs grid: fixed)"
         )
-    for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
-        if domain.cut_back:
-            found.append(
-                f"{tip.name}: requested domain radii were reduced to {FILL} of the clearance, the "
-                "distance to the nearest object that a domain must not contain (domain_radius)"
-            )
-        if not domain.growing and max(domain.radii) < RESOLVED * tip.h:
-            found.append(
-                f"{tip.name}: the largest domain radius is below {RESOLVED:g} element sizes; "
-                "refine the grid at the tip "
-                + ("(mesh.grading.tip_size, or mesh.size)" if own else "(in the mesh file)")
-            )
     return found
+
+
+def doubts_of_tip_domains(scene: Scene, body: Body) -> Iterator[Doubt]:
+    """Find tips whose domains are smaller than requested, or small for their elements.
+
+    Parameters
+    ----------
+    scene : Scene
+    body : Body
+    """
+    for tip, domain in zip(body.grid.tips, body.tip_domains, strict=True):
+        largest = max(domain.radii)
+        if domain.cut_back:
+            most = f", here {rounded_down(FILL * domain.clearance)} mm"
+            yield Doubt(
+                f"requested domain radii were reduced (domain_radius) to {FILL} of the clearance, "
+                "the distance to the nearest object that a domain must not contain; fracture.radii "
+                f"up to that{'' if domain.growing else most} are used as they are",
+                tip.name,
+            )
+        if not domain.growing and largest < RESOLVED * tip.h:
+            yield Doubt(
+                f"the largest domain radius is {largest:.3g} mm, below {RESOLVED:g} element sizes: "
+                + finer_at_tips(scene, largest / RESOLVED),
+                tip.name,
+            )
+
+
+def finer_at_tips(scene: Scene, size: float) -> str:
+    """Advise elements at the tips of a size below a given one [mm]."""
+    if scene.mesh_file is not None:
+        return f"give the mesh file elements of at most {rounded_down(size)} mm there"
+    return f"set mesh.grading.tip_size to at most {rounded_down(size)} mm"
+
+
+def rounded_down(length: float) -> str:
+    """Return a length of two digits that is not above the given one, as text."""
+    unit = 10.0 ** (math.floor(math.log10(length)) - 1)
+    return f"{math.floor(length / unit * (1.0 + 1e-12)) * unit:.2g}"
 
 
 def _xy(point: Floats) -> str:

@@ -14,7 +14,7 @@ from cfmpm.body.volume_patches import patch_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
 from cfmpm.mechanics import leans
-from cfmpm.output.warnings.of_scene import doubts_before
+from cfmpm.output.warnings.doubt import SIZE, Doubt
 from cfmpm.scene.model import Scene
 
 # Largest accepted relative difference of external work and energies at finite deformation.
@@ -27,7 +27,7 @@ DEVIATION = 5.0
 LEAST_FILL, LEAST_VOLUME, APART, DRIFT = 0.1, 0.5, 0.02, 0.25
 
 
-def doubts(scene: Scene, body: Body, balance: Equilibrium) -> list[str]:
+def doubts(scene: Scene, body: Body, balance: Equilibrium) -> Iterator[Doubt]:
     """Give the warnings about one state of equilibrium.
 
     Parameters
@@ -36,86 +36,101 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium) -> list[str]:
         Expanded.
     body : Body
     balance : Equilibrium
-
-    Returns
-    -------
-    list of str
     """
-    grid = body.grid
-    found = doubts_before(scene, body)
-    largest = np.abs(balance.displacement).max(initial=0.0)
-    for name, opening in smallest_openings(grid, balance.displacement, balance.finite).items():
-        if opening < -1e-6 * largest:
-            fixed = body.motion is not None and body.motion.reset.fixed
-            why = "since a fixed grid has no contact" if fixed else "where supports prescribe it"
-            found.append(f"{name}: its faces overlap {why}")
+    yield from _overlaps(body, balance)
     if balance.unstable_points > 0:
-        found.append(
-            f"from load factor {balance.unstable_from:.4g} on material points have lost "
-            "ellipticity (unstable_points): results there depend on the grid, and finer grids "
-            "become unstable at lower loads; material.law: ciarlet stays elliptic"
+        yield Doubt(
+            f"up to {SIZE} material points have lost ellipticity (unstable_points), from load "
+            f"factor {balance.unstable_from:.4g} on: results there depend on the grid, and finer "
+            "grids become unstable at lower loads; material.law: ciarlet stays elliptic",
+            size=float(balance.unstable_points),
         )
     one_grid = body.motion is None and scene.growth is None
-    if balance.finite and one_grid and not _adds_up(body, balance):
-        found.append(
+    gap = _gap_of_work(body, balance) if balance.finite and one_grid else 0.0
+    if gap > IMBALANCE:
+        yield Doubt(
             "the external work, summed over the load steps, differs from the strain energy and "
-            f"plastic work by more than {100 * IMBALANCE:g} % (external_work): increase load_steps"
+            f"plastic work by up to {SIZE} % (external_work): increase load_steps",
+            size=100.0 * gap,
         )
     if leans(body, balance):
-        found.append(
-            "the loads have a moment on the deformed body, as compressive loads do, and no support "
-            "prevents the rotation: it was held, with a reaction moment"
+        yield Doubt(
+            "the loads have a moment on the deformed body, and no support prevents the rotation: "
+            "it was held, with a reaction moment; add a support that prevents it (a displacement "
+            "of zero in one component at one point)"
         )
     if balance.residual_floor > 0.0:
-        found.append(
-            "the unbalanced force (residual_norm) is above the tolerance, limited by round-off; "
-            "causes are a large contrast of stiffness, near incompressibility, or a slender "
-            "ligament"
+        yield Doubt(
+            f"the unbalanced force is up to {SIZE} of the largest nodal force (residual_norm), "
+            "above the tolerance, limited by round-off; causes are a large contrast of stiffness, "
+            "near incompressibility, or a slender ligament: lower the contrast, or nu",
+            size=balance.residual_norm,
         )
     if body.grown.deviation > DEVIATION:
-        found.append(
-            f"a segment deviates by more than {DEVIATION:g} deg from the direction of growth: the "
-            f"kink would have exceeded {LARGEST_KINK:g} deg, or the crack was led to a node beside "
-            "its path that may not move"
+        yield Doubt(
+            f"a segment deviates by up to {SIZE} deg from the direction of growth: the kink would "
+            f"have exceeded {LARGEST_KINK:g} deg, or the crack was led to a node beside its path "
+            "that may not move, of a boundary, a crack or an interface; fracture.refine makes such "
+            "a detour shorter",
+            " and ".join(body.grown.segments),
+            size=body.grown.deviation,
         )
     if body.motion is not None:
-        found += _alarms(body, body.motion, balance)
+        yield from _alarms(body, body.motion, balance)
     elif body.empty_elements:
-        found.append(
-            "growth.transfer: paper left triangles without a material point (empty_elements) and "
-            "nodes without stiffness (floating_nodes); these nodes were held"
+        yield Doubt(
+            f"growth.transfer: paper left up to {SIZE} triangles without a material point "
+            "(empty_elements) and nodes without stiffness (floating_nodes), which were held; "
+            "growth.transfer: domains leaves none",
+            size=float(body.empty_elements),
         )
-    return found
 
 
-def _adds_up(body: Body, balance: Equilibrium) -> bool:
-    """Whether the external work equals the strain energy and the plastic work within IMBALANCE."""
+def _overlaps(body: Body, balance: Equilibrium) -> Iterator[Doubt]:
+    """Find cracks whose faces overlap."""
+    largest = np.abs(balance.displacement).max(initial=0.0)
+    for name, opening in smallest_openings(body.grid, balance.displacement, balance.finite).items():
+        if opening < -1e-6 * largest:
+            fixed = body.motion is not None and body.motion.reset.fixed
+            why = (
+                "since a fixed grid has no contact; updated.grid: following has it (linear "
+                "triangles only, mesh.element: T3)"
+                if fixed
+                else "where supports prescribe it: prescribe a displacement that leaves them apart"
+            )
+            yield Doubt(f"its faces overlap by up to {SIZE} mm {why}", name, -float(opening))
+
+
+def _gap_of_work(body: Body, balance: Equilibrium) -> float:
+    """Relative difference of the external work from the strain energy and the plastic work."""
     points = balance.points
     spent = float(points.energy @ points.volume)
     if points.internal_variables.size:
         spent += float(body.materials.plastic_work(points) @ points.volume)
-    return bool(abs(balance.external_work - spent) <= IMBALANCE * max(abs(spent), 1e-300))
+    return abs(balance.external_work - spent) / max(abs(spent), 1e-300)
 
 
-def _alarms(body: Body, motion: Motion, balance: Equilibrium) -> Iterator[str]:
+def _alarms(body: Body, motion: Motion, balance: Equilibrium) -> Iterator[Doubt]:
     """Give the warnings about a grid that is reset."""
     if body.empty_elements:
-        yield (
-            "triangles inside the body have lost material points (empty_elements): each acts as a "
-            "hole or a mechanism, and its neighbours carry its volume. One such triangle already "
-            "causes errors of some per cent in forces. updated.integration: domains avoids them "
-            "(linear triangles, mesh.element: T3, and hyperelastic laws only)"
+        yield Doubt(
+            f"up to {SIZE} triangles inside the body have lost material points (empty_elements): "
+            "each acts as a hole or a mechanism, and its neighbours carry its volume. One such "
+            "triangle already causes errors of some per cent in forces. updated.integration: "
+            "domains avoids them (linear triangles, mesh.element: T3, and hyperelastic laws only)",
+            size=float(body.empty_elements),
         )
     if motion.fill < LEAST_FILL:
-        yield (
+        yield Doubt(
             f"material fills less than {100 * LEAST_FILL:g} % of a triangle inside the body "
             "(least_fill), whose stiffness is then close to zero; updated.ghost: 0.1 stabilises it "
             "(linear triangles only, mesh.element: T3)"
         )
     if _volume_ratios(body, balance).min() < LEAST_VOLUME:
-        yield (
+        yield Doubt(
             f"the volume of a material point is below {100 * LEAST_VOLUME:g} % of its initial "
-            "volume (min_det_F): points are crushed where the grid has separated from the material"
+            "volume (min_det_F): points are crushed where the grid has separated from the "
+            "material; formulation: total does not reset the grid"
         )
 
 
@@ -131,7 +146,7 @@ def _volume_ratios(body: Body, balance: Equilibrium) -> NDArray[np.float64]:
 
 def doubts_of_fixed_loads(
     body: Body, balance: Equilibrium, values: Mapping[str, NDArray[np.float64]]
-) -> Iterator[str]:
+) -> Iterator[Doubt]:
     """Find the tips without a load factor at fracture.
 
     Parameters
@@ -147,14 +162,15 @@ def doubts_of_fixed_loads(
         body.grid.tips, values["critical_load_factor"], values["K_I"], strict=True
     ):
         if np.isnan(factor) and not np.isnan(k):
-            yield (
-                f"{tip.name}: no critical_load_factor: the fixed loads alone reach g_c, or crack "
-                "faces are in contact at that load, so that the states under fixed and under "
-                "proportional loads cannot be superposed"
+            yield Doubt(
+                "no critical_load_factor: the fixed loads alone reach g_c, or crack faces are in "
+                "contact at that load, so that the states under fixed and under proportional loads "
+                "cannot be superposed; smaller fixed loads leave one",
+                tip.name,
             )
 
 
-def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[str]:
+def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[Doubt]:
     """Find the tips at which a grid that is reset has separated from the material.
 
     Parameters
@@ -168,13 +184,18 @@ def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Ite
     for i, tip in enumerate(body.grid.tips):
         on_grid, material = values["cf_norm_grid"][i], values["cf_norm"][i]
         if abs(on_grid - material) > APART * material:
-            yield (
-                f"{tip.name}: the configurational force on the grid differs from that on the "
-                f"material by more than {100 * APART:g} % (cf_norm_grid): both are unreliable"
+            yield Doubt(
+                "the configurational force on the grid differs from that on the material by up to "
+                f"{SIZE} % (cf_norm_grid): both are unreliable; formulation: total does not reset "
+                "the grid",
+                tip.name,
+                100.0 * float(abs(on_grid - material) / material),
             )
         if values["tip_drift"][i] > DRIFT * tip.h:
-            yield (
-                f"{tip.name}: the crack tip of the grid is more than {DRIFT:g} element sizes away "
-                "from that of the material (tip_drift); updated.grid: following keeps them "
-                "together (linear triangles only, mesh.element: T3)"
+            yield Doubt(
+                f"the crack tip of the grid is up to {SIZE} element sizes away from that of the "
+                "material (tip_drift); updated.grid: following keeps them together (linear "
+                "triangles only, mesh.element: T3)",
+                tip.name,
+                float(values["tip_drift"][i] / tip.h),
             )
