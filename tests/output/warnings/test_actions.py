@@ -298,3 +298,28 @@ def test_faces_that_supports_push_through_each_other() -> None:
     assert text.startswith("crack_1: in step 1 its faces overlap by up to 0.02 mm where supports")
     assert "prescribe a displacement that leaves them apart" in text
     assert gone(moved(0.02), part)
+
+
+class TestReleases:
+    def kinked(self, **changes: Any) -> dict[str, Any]:
+        """A crack that comes near the upper side at an angle, where no node may move."""
+        return plate(
+            geometry={"outline": OUTLINE, "cracks": [{"points": [[0, 30], [8, 38]]}]},
+            growth={"control": "crack", "increments": 6},
+            **changes,
+        )
+
+    def test_j_and_g_of_a_growing_tip(self) -> None:
+        part = "J and G from K_I and K_II differ"
+        coarse = self.kinked(mesh={"size": 6, "element": "T3", "grading": "uniform"})
+        text = the_warning(coarse, part)
+        assert re.match(r"crack_1: in steps? [\d to]+ J and G from K_I and K_II differ by up", text)
+        assert "around the growing tip" in text
+        size = number_behind(text, "set fracture.refine to at most")
+
+        def largest(scene: dict[str, Any]) -> float:
+            history = solved(scene)
+            return float(np.nanmax(np.abs(history["J"] / history["G"] - 1.0)[[0, 3, 4, 5, 6]]))
+
+        finer = coarse | {"mesh": {"size": 6, "element": "T3"}, "fracture": {"refine": size}}
+        assert largest(finer) < 0.5 * largest(coarse)
