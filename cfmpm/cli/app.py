@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 WRONG_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+# What values show that cannot be.
+_OF_DAMAGE = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError),
+    *(RuntimeError, TypeError, ValueError),
+)
 # This number takes about ten seconds to mesh.
 MANY_TRIANGLES = 1e5
 
@@ -94,8 +99,32 @@ def _options(
     pass
 
 
+def tell(message: str) -> None:
+    """Say something on stderr; where that is closed or full, no run is lost by it."""
+    with suppress(OSError, ValueError):
+        typer.echo(message, err=True)
+
+
+@contextmanager
+def told_as_damage(file: Path) -> Iterator[None]:
+    """Refuse a file for what the ``with`` block makes of it.
+
+    What cfmpm has written breaks none of the rules by which it is read. A file may obey them and
+    still hold what cannot be: a picture of nothing, a solve from a state that is none.
+    """
+    try:
+        yield
+    except (SceneError, MeshError, SolveError, OSError, typer.Exit):
+        raise
+    except _OF_DAMAGE as error:
+        log.debug("%s", file, exc_info=True)
+        said = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        reason = f"holds what cfmpm does not write ({said}): run the scene again"
+        raise SceneError([Problem(reason, file=str(file))]) from None
+
+
 def fail(message: str, status: int) -> NoReturn:
-    typer.echo(message, err=True)
+    tell(message)
     raise typer.Exit(status)
 
 
@@ -153,8 +182,7 @@ def announce_size(scene: Scene) -> None:
 
     expected = expected_triangles(scene)
     if expected is not None and expected > MANY_TRIANGLES:
-        typer.echo(
+        tell(
             f"meshing about {expected:.2g} triangles, which takes a while; a larger mesh.size "
-            "gives fewer",
-            err=True,
+            "gives fewer"
         )

@@ -20,6 +20,8 @@ from cfmpm.cli.app import (
     fail,
     problems_placed,
     read_overrides,
+    tell,
+    told_as_damage,
 )
 from cfmpm.cli.running import (
     log_phase,
@@ -27,6 +29,8 @@ from cfmpm.cli.running import (
 from cfmpm.errors import SceneError
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from cfmpm.output.record import Record
     from cfmpm.state import State
 
@@ -95,31 +99,41 @@ def plot(
 
     Example: cfmpm plot results/single_edge_crack
     """
-    from cfmpm import build, simulation
-    from cfmpm.accessor import History, open_history
-    from cfmpm.output.fields import build_fields
-    from cfmpm.output.fields_by_step import fields_of_last_step
-    from cfmpm.output.reading import read_result
-    from cfmpm.output.run_folder import FIELDS, HISTORY, INDEX
-    from cfmpm.plotting import animate_growth, files
-    from cfmpm.scene import expand
+    from cfmpm.accessor import open_history
+    from cfmpm.output.run_folder import HISTORY
 
     source = result / HISTORY if result.is_dir() else result
     history = open_history(source)
+    with told_as_damage(source):
+        written = _draw(source, history, output or source.parent)
+    for path in written:
+        typer.echo(path)
+
+
+def _draw(source: Path, history: xr.Dataset, folder: Path) -> list[Path]:
+    """Draw all pictures of a result, whose history is `source`."""
+    from cfmpm import build, simulation
+    from cfmpm.accessor import History
+    from cfmpm.output.fields import build_fields
+    from cfmpm.output.fields_by_step import fields_of_last_step
+    from cfmpm.output.reading import read_result
+    from cfmpm.output.run_folder import FIELDS, INDEX
+    from cfmpm.plotting import animate_growth, files
+    from cfmpm.scene import expand
+
     scene = History(history).scene
     full = expand(scene)
-    folder = output or source.parent
     fields_file = source.parent / FIELDS
     fields = read_result(fields_file, "face_nodes") if fields_file.exists() else None
     if fields is not None and fields.attrs["config_hash"] != history.attrs["config_hash"]:
-        typer.echo(f"{fields_file} belongs to another run: not used", err=True)
+        tell(f"{fields_file} belongs to another run: not used")
         fields = None
     by_step = (source.parent / INDEX).exists()
     if fields is None and by_step:
         with suppress(SceneError):  # the film names the reason
             fields = fields_of_last_step(source.parent, history)
     if fields is None and scene.growth is None:
-        typer.echo(f"this run has no fields: solving {scene.name} again", err=True)
+        tell(f"this run has no fields: solving {scene.name} again")
         solved = simulation.run(scene, log_phase)
         fields, state = build_fields(solved), solved.body
     else:
@@ -134,14 +148,13 @@ def plot(
             try:
                 written.append(animate_growth(source.parent, folder / "growth.gif"))
             except SceneError as error:  # the other figures do not depend on it
-                typer.echo(f"no film: {error}", err=True)
+                tell(f"no film: {error}")
     if fields is None:
-        typer.echo("no fields of the last step; output.fields: true writes them", err=True)
+        tell("no fields of the last step; output.fields: true writes them")
     else:
         written.append(files.save_deformed(folder, fields))
         written += files.save_tip_forces(folder, fields, history)
-    for path in written:
-        typer.echo(path)
+    return written
 
 
 @app.command(short_help="Write a result for ParaView.")
@@ -159,10 +172,13 @@ def export(
 
     Example: cfmpm export results/plate_with_holes
     """
+    from cfmpm.output.run_folder import EXPORT, require_own
     from cfmpm.output.vtu import export_vtu
 
+    folder = output or require_own(result, EXPORT)
     try:
-        written = export_vtu(result, output or result / format_.value)
+        with told_as_damage(result):
+            written = export_vtu(result, folder)
     except ImportError:
         fail("cfmpm: export needs pyvista: pip install 'cfmpm[export]'", FAILED)
     for path in written:

@@ -23,6 +23,8 @@ from cfmpm.cli.app import (
     log_shown,
     problems_placed,
     read_overrides,
+    tell,
+    told_as_damage,
 )
 from cfmpm.errors import Problem, SceneError, SolveError
 from cfmpm.interruption import terminated_as_interrupted
@@ -100,7 +102,8 @@ def resume(
         start = read_checkpoint(checkpoint) if checkpoint.exists() else None
         if start is not None:
             _require_same_scene(result, start.record.scene, scene_file, overrides)
-            _solve(start.record.scene, result, start, quiet=quiet, verbose=verbose)
+            with told_as_damage(checkpoint):
+                _solve(start.record.scene, result, start, quiet=quiet, verbose=verbose)
             return
         if was_killed_at_start(result):
             reason = "the last run was killed before its first step: run the scene again"
@@ -157,13 +160,12 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
         except (Exception, KeyboardInterrupt) as error:
             writer.write(str(error) or "interrupted")
             if writer.steps:
-                typer.echo(
-                    f"{folder / HISTORY} has {writer.steps} steps; cfmpm resume {folder} continues "
-                    "from there",
-                    err=True,
+                tell(
+                    f"{folder / HISTORY} has {writer.steps} steps; cfmpm resume {folder} "
+                    "continues from there"
                 )
             elif start is None:
-                typer.echo(f"no step was solved; {folder} is unchanged", err=True)
+                tell(f"no step was solved; {folder} is unchanged")
             raise
     if not quiet:
         typer.echo(summary.of_run(result, written))

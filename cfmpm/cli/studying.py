@@ -18,6 +18,7 @@ from cfmpm.cli.app import (
     fail,
     log,
     log_shown,
+    tell,
 )
 from cfmpm.interruption import terminated_as_interrupted
 
@@ -56,7 +57,7 @@ def study(
     Example: cfmpm study configs/studies/crack_length.yaml
     """
     from cfmpm.output.files import remove_asides, write_dataset
-    from cfmpm.output.run_folder import held
+    from cfmpm.output.run_folder import held, require_own
     from cfmpm.study import summary
     from cfmpm.study.collecting import collect
     from cfmpm.study.reading import load_study
@@ -69,7 +70,7 @@ def study(
         return
     folder = output or Path("results") / plan.study.name
     keys = {one.key for one in plan.members}
-    store = Store(folder / MEMBERS)
+    store = Store(require_own(folder, MEMBERS))
     with held(folder):
         remove_asides(folder, DATASET)
         store.tidy()
@@ -84,7 +85,7 @@ def study(
                 run_members(plan.members, outcomes, store, workers or usable_cores(), count)
         except KeyboardInterrupt:
             kept = f"{len(outcomes)} of {len(keys)} members are kept"
-            typer.echo(f"{kept}; the same command continues the study", err=True)
+            tell(f"{kept}; the same command continues the study")
             raise
         write_dataset(collect(plan, outcomes), folder / DATASET)
     if not quiet:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Container, Iterator
 from itertools import chain, count
-from pathlib import Path
 
 import numpy as np
 
 from cfmpm.body.grid import Ints, Triangulation
 from cfmpm.errors import Problem, SceneError, did_you_mean
+from cfmpm.input_file import open_file
 from cfmpm.meshing.drawing import signed_areas
 from cfmpm.meshing.file_mesh import FileMesh, broken_body, broken_triangles, parts_apart
 from cfmpm.meshing.file_rules import broken_rules_of_file
@@ -100,7 +100,8 @@ def _refusal(reason: str) -> SceneError:
 def _read(path: str) -> FileMesh:
     """Read a mesh file."""
     try:
-        contents = read_msh(Path(path).read_bytes())
+        with open_file(path) as file:
+            contents = read_msh(file.read())
     except OSError as error:
         raise _refusal(f"cannot be read: {error.strerror}") from error
     except DamagedError as error:

@@ -6,7 +6,6 @@ import json
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +18,14 @@ from cfmpm.body.particle_domains import ParticleDomains, Quadrature
 from cfmpm.body.points import DeformedPoints, MaterialPoints, seed
 from cfmpm.build import compose, materials_of
 from cfmpm.equilibrium.balance import Equilibrium
-from cfmpm.errors import Problem, SceneError
+from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
 from cfmpm.fracture.ties import Tie
-from cfmpm.output.files import written_aside
+from cfmpm.mechanics import load_levels
+from cfmpm.output.arrays import opened_arrays
+from cfmpm.output.checkpoint_rules import Texts, require_nodes, require_sound
+from cfmpm.output.files import file_named
 from cfmpm.output.history import StepRecord
 from cfmpm.output.record import Origin, Record
 from cfmpm.output.warnings.doubt import Doubts
@@ -56,7 +58,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def write_checkpoint(start: Start, path: Path) -> None:
-    """Write a stage and the steps before it, atomically.
+    """Write a stage and the steps before it in place, into a temporary file of `written_aside`.
 
     Parameters
     ----------
@@ -103,7 +105,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **_steps(record.steps),
         **_motion(body),
     }
-    with written_aside(path) as aside, aside.open("wb") as file:
+    with file_named(path), path.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
 
@@ -124,19 +126,50 @@ def read_checkpoint(path: Path) -> Start:
         If the file is not a checkpoint, or has another format.
     """
     try:
-        with np.load(path) as file:
-            arrays: Arrays = dict(file)
-        texts = json.loads(str(arrays["texts"]))
-    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
-        raise SceneError([Problem(f"is not a checkpoint: {error}", file=str(path))]) from None
-    if texts["format"] != FORMAT:
-        reason = f"has format {texts['format']}; this version reads {FORMAT}: run the scene again"
+        return _start(*_contents(path))
+    except SceneError:
+        raise
+    except _OF_DAMAGE as error:
+        said = " ".join(f"{error}".split())[:200]
+        raise SceneError([Problem(f"is damaged: {said}", file=str(path))]) from None
+
+
+# What shows that values do not go with each other, where no rule has told it before.
+_OF_DAMAGE = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, MemoryError),
+    *(TypeError, ValueError, MeshError, SolveError, np.linalg.LinAlgError),
+)
+
+
+def _contents(path: Path) -> tuple[Arrays, dict[str, Any]]:
+    """The arrays and texts of a checkpoint of this version, each of which is sound."""
+    try:
+        with opened_arrays(path) as file:
+            arrays = {name: file[name] for name in file.names}
+        data = json.loads(str(arrays.pop("texts")))
+    except (OSError, ValueError, LookupError, RecursionError) as error:
+        reason = f"is not a checkpoint: {getattr(error, 'strerror', None) or error}"
+        raise SceneError([Problem(reason, file=str(path))]) from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        found = data.get("format") if isinstance(data, dict) else None
+        reason = f"has format {found}; this version reads {FORMAT}: run the scene again"
         raise SceneError([Problem(reason, file=str(path))])
-    # The scene was checked before. A mesh file need not exist, since the grid is in the checkpoint.
+    try:
+        texts = Texts.model_validate(data)
+    except ValidationError as error:
+        place = ".".join(map(str, error.errors()[0]["loc"]))
+        raise SceneError([Problem(f"is damaged: {place}", file=str(path))]) from None
+    require_sound(arrays, texts)
+    return arrays, data
+
+
+def _start(arrays: Arrays, texts: dict[str, Any]) -> Start:
+    """The run that a checkpoint is of."""
+    # Checked when it was read; a mesh file may be gone by now, since the grid is here.
     try:
         scene = Scene.model_validate(texts["config"])
     except ValidationError:
-        raise SceneError([Problem("its configuration is damaged", file=str(path))]) from None
+        raise ValueError("its configuration") from None
     origin = texts["origin"]
     origin["tips"] = {name: (crack, end) for name, (crack, end) in origin["tips"].items()}
     record = Record(scene, expand(scene), Origin(**origin))
@@ -156,6 +189,10 @@ def read_checkpoint(path: Path) -> Start:
         decision = Decision(**decision)
     record.decision = decision
     body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])
+    if balance is not None:
+        require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
+    if not 0 <= texts["level"] < len(load_levels(record.full)):
+        raise ValueError("level counts what is not there")
     step = len(record.steps) + 1
     return Start(Stage(record.full, body, decision, step, texts["level"], balance), record)
 
@@ -258,6 +295,7 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
     if record.full.formulation == "updated":
         whole = compose(record.full, materials, mesh, grid, seed(grid), fixed=texts["fixed_loads"])
         body = reset.begin(whole, record.full)
+        require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
         kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
         return reset.restore(body, arrays["grid.nodes"], points, quadrature, kept)
     return compose(

@@ -39,7 +39,7 @@ class FieldsByStep:
         # Writes the last state, if it is not written yet.
         self._last: Callable[[], None] | None = None
         if (self._folder / INDEX).exists():
-            index = _read_index(self._folder)
+            index = read_index(self._folder)
             rows = list(zip(*(index[name].values.tolist() for name in _COLUMNS), strict=True))
             self._rows = [row for row in rows if row[0] <= done]
             # The index first: if the process is killed in between, it lists no missing file.
@@ -66,7 +66,7 @@ class FieldsByStep:
             self._last = None
 
     def _write(self, state: State, scene: Scene, step: int, load_factor: float) -> None:
-        name, attributes = f"fields_{step:04}.nc", provenance(scene)
+        name, attributes = file_of_step(step), provenance(scene)
         write_dataset(state_fields(state, step, load_factor, attributes), self._folder / name)
         length = crack_length(state.body.triangulation)
         self._rows.append((step, load_factor, length, name))
@@ -109,7 +109,7 @@ def list_fields(folder: Path) -> list[Path]:
     if not (folder / INDEX).exists():
         reason = "no fields by step; a run with output.every writes them"
         raise SceneError([Problem(reason, file=str(folder))])
-    index = _read_index(folder)
+    index = read_index(folder)
     require_same_run(folder, index, INDEX)
     files = [folder / str(name) for name in index["file"].values]
     missing = [
@@ -169,5 +169,26 @@ def require_same_run(folder: Path, fields: xr.Dataset, name: str) -> None:
         raise SceneError([Problem(reason, file=str(folder / name))])
 
 
-def _read_index(folder: Path) -> xr.Dataset:
-    return read_result(folder / INDEX, "file")
+def read_index(folder: Path) -> xr.Dataset:
+    """Return the table of the fields by step of a run.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Raises
+    ------
+    SceneError
+        Where it cannot be read, or names files that are not those of its steps.
+    """
+    index = read_result(folder / INDEX, "file")
+    for step, name in zip(index["step"].values.tolist(), index["file"].values, strict=True):
+        if name != file_of_step(step):
+            reason = f"is damaged: the fields of step {step} are in {file_of_step(step)}"
+            raise SceneError([Problem(reason, file=str(folder / INDEX))])
+    return index
+
+
+def file_of_step(step: int) -> str:
+    """Return the name of the file of the fields of a step."""
+    return f"fields_{step:04}.nc"

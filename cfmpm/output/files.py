@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import netCDF4
 import xarray as xr
+from xarray.backends import NetCDF4DataStore
 
 from cfmpm.interruption import held_back
 
@@ -33,10 +36,39 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
 
 
 def store(dataset: xr.Dataset, path: Path) -> None:
-    """Write a dataset to netCDF in place, into a temporary file of `written_aside`."""
+    """Write a dataset to netCDF in place, into a temporary file of `written_aside`.
+
+    The netCDF library writes into memory: on a full disk it tells no reason, and may end the
+    process.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+    path : Path
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written, with the reason of the system.
+    """
     # Coordinates have no missing values; in all other variables NaN marks them.
     encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
-    dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
+    # The size is that of the first piece of memory; more is taken as needed.
+    file = netCDF4.Dataset(path.name, mode="w", memory=2**20)
+    dataset.dump_to_store(NetCDF4DataStore(file), encoding=encoding)
+    content = file.close()
+    with file_named(path):
+        path.write_bytes(content)
+
+
+@contextmanager
+def file_named(path: Path) -> Iterator[None]:
+    """Let errors of writing say of which file they are: those of an open file do not."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
 
 
 @contextmanager
@@ -58,9 +90,13 @@ def written_aside(path: Path) -> Iterator[Path]:
         os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         with held_back():
             yield aside
-            with aside.open("rb+") as file:
+            with file_named(aside), aside.open("rb+") as file:
                 os.fsync(file.fileno())
             aside.replace(path)
+    except OSError as error:
+        if error.filename == str(aside):  # the user knows the file by its name alone
+            error.filename = str(path)
+        raise
     finally:
         aside.unlink(missing_ok=True)
 
@@ -80,6 +116,11 @@ def written_aside_by_name(path: Path) -> Iterator[Path]:
         aside = Path(folder) / path.name
         yield aside
         aside.replace(path)
+
+
+def in_file_name(name: object) -> str:
+    """A name of a scene as a part of a file name: letters, digits, blanks, dots and dashes."""
+    return re.sub(r"[^\w .+-]", lambda odd: f"%{ord(odd[0]):02X}", str(name))
 
 
 def remove_asides(folder: Path, name: str) -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 import xarray as xr
 
 from cfmpm.errors import Problem, SceneError
+from cfmpm.output.dataset_rules import broken_rules
+from cfmpm.output.netcdf import DamagedError, read_netcdf
 
 
 def read_result(path: Path, variable: str) -> xr.Dataset:
@@ -16,20 +18,20 @@ def read_result(path: Path, variable: str) -> xr.Dataset:
     ----------
     path : Path
     variable : str
-        A variable that identifies the kind of dataset.
+        A variable that identifies the kind of dataset, one of `dataset_rules.RULES`.
 
     Raises
     ------
     SceneError
         If the file cannot be read, or is another kind of dataset.
     """
-    if not path.is_file():
+    if not path.exists():
         study = path.with_name("study.nc")
         reason = _of_study(study) if study.is_file() else "no such result; cfmpm run makes one"
         raise SceneError([Problem(reason, file=str(path))])
     try:
-        dataset = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError) as error:
+        dataset = read_netcdf(path)
+    except (OSError, DamagedError) as error:
         reason = f"cannot be read as netCDF: {getattr(error, 'strerror', None) or error}"
         raise SceneError([Problem(reason, file=str(path))]) from None
     if variable not in dataset or not {"config", "config_hash"} <= dataset.attrs.keys():
@@ -37,6 +39,8 @@ def read_result(path: Path, variable: str) -> xr.Dataset:
         if "study" in dataset.attrs:
             reason = _of_study(path)
         raise SceneError([Problem(reason, file=str(path))])
+    for reason in broken_rules(dataset, variable):
+        raise SceneError([Problem(f"is damaged: {reason}", file=str(path))])
     return dataset
 
 

@@ -11,6 +11,8 @@ import xarray as xr
 from filelock import FileLock, Timeout
 
 from cfmpm.errors import Problem, SceneError
+from cfmpm.output.files import in_file_name
+from cfmpm.output.netcdf import DamagedError, read_netcdf
 
 HISTORY, CHECKPOINT = "history.nc", "checkpoint.npz"
 # Fields of the last state, and the index of the fields by step.
@@ -22,12 +24,15 @@ UNFINISHED = "unfinished"
 _LOCK = ".lock"
 # Exists from the start of a new run until its first step is written.
 _STARTED = ".started"
-_OF_STEPS = re.compile(r"fields_\d{4,}\.nc")
+OF_STEPS = re.compile(r"fields_\d{4,}\.nc")
 _ASIDE = re.compile(r"\.(history|checkpoint|fields(_\d{4,}|_index)?)\.np?[cz]\.[0-9a-f]{8}\.part")
+_OF_RUN = re.compile(
+    r"history\.nc|checkpoint\.npz|fields(_\d{4,}|_index)?\.nc|\.lock|\.started|scene\.png"
+)
 # Files of `cfmpm plot` and `cfmpm export`.
 _PICTURES = ("deformed", "paths", "cf", "factors", "angles", "energy", "load", "cycles")
 _PICTURES_OF_TIPS = ("mesh", "cf", "radii", "steps")
-_FILM, _EXPORT = "growth.gif", "vtu"
+_FILM, EXPORT = "growth.gif", "vtu"
 _EXPORTED = re.compile(r"(grid|points|cracks)(_\d{4,}\.vtu|\.pvd)")
 
 
@@ -50,6 +55,7 @@ def held(folder: Path) -> Iterator[None]:
     It is a lock of the operating system, which also ends if the process is killed.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    _remove_link(folder / _LOCK)
     lock = FileLock(folder / _LOCK)
     try:
         lock.acquire(blocking=False)
@@ -99,11 +105,50 @@ def starting(folder: Path, *, overwrite: bool) -> Iterator[None]:
             "Python overwrite=True) replaces it by a new run"
         )
         raise SceneError([Problem(reason, file=str(folder))])
+    _remove_link(folder / _STARTED)
     (folder / _STARTED).touch()
     try:
         yield
     finally:
         (folder / _STARTED).unlink(missing_ok=True)
+
+
+def require_own(folder: Path, name: str) -> Path:
+    """Refuse a folder in that of a result which is a link: what it leads to is not the result's.
+
+    Parameters
+    ----------
+    folder : Path
+    name : str
+        Of the inner folder.
+
+    Returns
+    -------
+    Path
+        The inner folder, which need not exist.
+
+    Raises
+    ------
+    SceneError
+    """
+    inner = folder / name
+    if inner.is_symlink():
+        reason = "is a link, and nothing is written where it leads; give that folder by --output"
+        raise SceneError([Problem(reason, file=str(inner))])
+    return inner
+
+
+def require_places(folder: Path) -> None:
+    """Refuse a folder in which a folder stands where a run would write a file.
+
+    Raises
+    ------
+    SceneError
+    """
+    for path in sorted(folder.iterdir()):
+        if _OF_RUN.fullmatch(path.name) and path.is_dir() and not path.is_symlink():
+            reason = "is a folder, and a run writes a file of this name: move it away"
+            raise SceneError([Problem(reason, file=str(path))])
 
 
 def is_unfinished(folder: Path) -> bool:
@@ -140,19 +185,24 @@ def clear(folder: Path, shown: str) -> None:
         drawn.add(SCENE)
     history = _history(folder)
     if history is not None:
-        tips, parts = (history[name].values.tolist() for name in ("tip", "boundary"))
+        # Names of a mesh file may be any text; those of a history that is not ours, too.
+        tips, parts = (
+            [in_file_name(word) for word in history[name].values.ravel().tolist()]
+            for name in ("tip", "boundary")
+        )
         drawn |= {f"{name}_{tip}.png" for name in _PICTURES_OF_TIPS for tip in tips}
         drawn |= {f"force_{part}_{axis}.png" for part in parts for axis in "xy"}
     # The index before the files in it.
     names = [INDEX, *sorted(drawn - {INDEX})]
-    names += [path.name for path in folder.iterdir() if _OF_STEPS.fullmatch(path.name)]
+    names += [path.name for path in folder.iterdir() if OF_STEPS.fullmatch(path.name)]
     for name in (*names, CHECKPOINT):
-        (folder / name).unlink(missing_ok=True)
-    exported = folder / _EXPORT
-    if exported.is_dir():
+        _remove(folder / name)
+    exported = folder / EXPORT
+    # What is behind a link is not this result's.
+    if exported.is_dir() and not exported.is_symlink():
         for path in exported.iterdir():
             if _EXPORTED.fullmatch(path.name):
-                path.unlink()
+                _remove(path)
         if not any(exported.iterdir()):
             exported.rmdir()
     (folder / _STARTED).unlink(missing_ok=True)
@@ -162,7 +212,19 @@ def remove_leavings(folder: Path) -> None:
     """Remove temporary files of a killed run from a locked folder."""
     for path in list(folder.iterdir()):
         if _ASIDE.fullmatch(path.name):
-            path.unlink(missing_ok=True)
+            _remove(path)
+
+
+def _remove(path: Path) -> None:
+    """Take a file away, or a link, but no folder: cfmpm makes none of that name."""
+    if path.is_symlink() or not path.is_dir():
+        path.unlink(missing_ok=True)
+
+
+def _remove_link(path: Path) -> None:
+    """Take away a link where a file is to be made: it would be made where the link leads."""
+    if path.is_symlink():
+        path.unlink()
 
 
 def description(config_hash: str) -> str:
@@ -179,14 +241,14 @@ def _describes(picture: Path, shown: str) -> bool:
     try:
         with Image.open(picture) as image:
             return bool(image.info.get("Description") == shown)
-    except OSError:
+    except (OSError, ValueError, SyntaxError, MemoryError, Image.DecompressionBombError):
         return False
 
 
 def _history(folder: Path) -> xr.Dataset | None:
-    """The history in a folder without its values; None if it cannot be read."""
+    """The history in a folder; None if it cannot be read."""
     try:
-        with xr.open_dataset(folder / HISTORY, engine="netcdf4") as history:
-            return history[["tip", "boundary"]].load()
-    except (OSError, RuntimeError, ValueError, KeyError):
+        history = read_netcdf(folder / HISTORY)
+    except (OSError, DamagedError):
         return None
+    return history if {"tip", "boundary"} <= set(history.variables) else None

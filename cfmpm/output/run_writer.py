@@ -12,7 +12,7 @@ from cfmpm.mechanics import load_levels
 from cfmpm.output import run_folder as folders
 from cfmpm.output.checkpoint import Start, write_checkpoint
 from cfmpm.output.fields import build_fields
-from cfmpm.output.fields_by_step import FieldsByStep
+from cfmpm.output.fields_by_step import FieldsByStep, read_index
 from cfmpm.output.files import store, written_aside
 from cfmpm.output.record import Record
 from cfmpm.output.run_folder import CHECKPOINT, FIELDS, HISTORY, INDEX, UNFINISHED
@@ -46,7 +46,10 @@ class RunWriter:
         self._new = start is None
         self._fields: FieldsByStep | None = None
         self._due = 0.0
+        folders.require_places(self._folder)
         folders.remove_leavings(self._folder)
+        if start is not None and (self._folder / INDEX).exists():
+            read_index(self._folder)  # a damaged one is told before anything is solved
 
     @property
     def steps(self) -> int:
@@ -73,10 +76,15 @@ class RunWriter:
         if self._record is None or self._start is None:
             return
         begin = time.monotonic()
-        with written_aside(self._folder / HISTORY) as aside:
-            store(self._record.history(Ending(UNFINISHED, f"{UNFINISHED}: {reason}")), aside)
+        history = self._record.history(Ending(UNFINISHED, f"{UNFINISHED}: {reason}"))
+        # Both are whole before anything of an earlier run goes; the checkpoint is renamed first.
+        with (
+            written_aside(self._folder / HISTORY) as aside,
+            written_aside(self._folder / CHECKPOINT) as checkpoint,
+        ):
+            store(history, aside)
+            write_checkpoint(self._start, checkpoint)
             self._take_over(self._record.scene)
-            write_checkpoint(self._start, self._folder / CHECKPOINT)
         end = time.monotonic()
         self._due = end + (end - begin) * (1.0 / SHARE - 1.0)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
@@ -12,7 +13,7 @@ import xarray as xr
 
 from cfmpm.errors import Problem, SceneError
 from cfmpm.output.fields_by_step import list_fields, require_same_run
-from cfmpm.output.files import written_aside, written_aside_by_name
+from cfmpm.output.files import file_named, written_aside
 from cfmpm.output.reading import read_result
 from cfmpm.output.run_folder import FIELDS, INDEX
 
@@ -58,18 +59,48 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
     else:
         reason = "no fields; a run with output.fields or output.every writes them"
         raise SceneError([Problem(reason, file=str(folder))])
-    output = Path(output)
-    output.mkdir(parents=True, exist_ok=True)
-    kinds: dict[str, list[tuple[float, str]]] = {}
-    for source in sources:
-        fields = read_result(source, "face_nodes").isel(time=-1)
-        step = float(fields["time"])
-        for kind, mesh in _meshes(fields).items():
-            name = f"{kind}_{step:04.0f}.vtu"
-            with written_aside_by_name(output / name) as aside:
-                mesh.save(aside)
-            kinds.setdefault(kind, []).append((step, name))
-    return [_write_collection(output / f"{kind}.pvd", files) for kind, files in kinds.items()]
+    with _made(Path(output)):
+        kinds: dict[str, list[tuple[float, str]]] = {}
+        for source in sources:
+            fields = read_result(source, "face_nodes").isel(time=-1)
+            step = float(fields["time"])
+            for kind, mesh in _meshes(fields).items():
+                name = f"{kind}_{step:04.0f}.vtu"
+                with written_aside(output / name) as aside:
+                    _write(aside, _text_of(mesh))
+                kinds.setdefault(kind, []).append((step, name))
+        return [_write_collection(output / f"{kind}.pvd", files) for kind, files in kinds.items()]
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Make a folder, which goes again if the ``with`` block fails and has left nothing in it."""
+    there = folder.exists()
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        if not there and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
+
+
+def _write(path: Path, text: str) -> None:
+    with file_named(path):
+        path.write_text(text)
+
+
+def _text_of(mesh: pyvista.UnstructuredGrid) -> str:
+    """A mesh as the text of a VTU file: VTK itself tells no reason where it cannot write one."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(mesh)
+    writer.SetDataModeToBinary()  # as base64
+    writer.WriteToOutputStringOn()
+    writer.Write()
+    text: str = writer.GetOutputString()
+    return text
 
 
 def _meshes(fields: xr.Dataset) -> dict[str, pyvista.UnstructuredGrid]:
@@ -112,8 +143,9 @@ def _write_collection(path: Path, files: Sequence[tuple[float, str]]) -> Path:
         for step, name in files
     )
     with written_aside(path) as aside:
-        aside.write_text(
+        _write(
+            aside,
             '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
-            f"{entries}  </Collection>\n</VTKFile>\n"
+            f"{entries}  </Collection>\n</VTKFile>\n",
         )
     return path

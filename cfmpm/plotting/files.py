@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Grid
 from cfmpm.output.analysis import new_length, resolved_steps
+from cfmpm.output.files import in_file_name
 from cfmpm.output.run_folder import SCENE, description
 from cfmpm.plotting.deformed import draw_deformed
 from cfmpm.plotting.growth import (
@@ -28,7 +29,7 @@ from cfmpm.plotting.growth import (
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.paths import corners_of, draw_paths, draw_tip_cf
 from cfmpm.plotting.scene import draw_scene
-from cfmpm.plotting.style import COLOUR_BAR, LEGEND, in_file_name, panels, picture, size_around
+from cfmpm.plotting.style import COLOUR_BAR, LEGEND, panels, picture, size_around
 from cfmpm.plotting.tip import (
     draw_norm,
     draw_radii,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -123,11 +122,6 @@ def as_label(name: object) -> str:
     """A name as a text of matplotlib, for which $ begins a formula and _ hides a label."""
     text = str(name).replace("$", r"\$")
     return f" {text}" if text.startswith("_") else text
-
-
-def in_file_name(name: object) -> str:
-    """A name of a scene as a part of a file name: letters, digits, blanks, dots and dashes."""
-    return re.sub(r"[^\w .+-]", lambda odd: f"%{ord(odd[0]):02X}", str(name))
 
 
 def length_axes(axes: Axes) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import (
@@ -14,6 +13,7 @@ from pydantic import (
     model_validator,
 )
 
+from cfmpm.input_file import open_file
 from cfmpm.scene.base import Model, refusal
 from cfmpm.scene.material import Material
 from cfmpm.scene.quantities import (
@@ -133,7 +133,8 @@ class MeshFile(Model):
 
     def digest(self) -> str:
         """SHA-256 of the current contents of the file."""
-        return hashlib.sha256(Path(self.path).read_bytes()).hexdigest()
+        with open_file(self.path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property
     def path(self) -> str:

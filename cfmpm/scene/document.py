@@ -10,15 +10,21 @@ from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, StringMark, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from cfmpm.errors import Problem, SceneError
+from cfmpm.input_file import MOST_TEXT, read_file
+
+# With this key in a config file, Snakemake takes its values for Python (YTE).
+RUNS_CODE = "__use_yte__"
 
 Key = tuple[str | int, ...]
 
-# A few aliases of aliases can stand for billions of values; no scene has a million.
-MOST_VALUES = 1_000_000
+# Keys included. Reading takes about 40 microseconds and a kilobyte for each. A few aliases of
+# aliases can stand for billions.
+MOST_VALUES = 100_000
 
 
 @dataclass(frozen=True)
@@ -130,7 +136,7 @@ def read_document(path: Path) -> Document:
     """Read a YAML file; whatever is wrong with it becomes a SceneError."""
     file = str(path)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_file(path, MOST_TEXT).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise SceneError([Problem("not text in UTF-8", file=file, line=line)]) from None
@@ -139,6 +145,9 @@ def read_document(path: Path) -> Document:
     document = parse_yaml(text, file)
     if document.data is None:
         raise SceneError([Problem("the file is empty", file=file)])
+    if isinstance(document.data, dict) and RUNS_CODE in document.data:
+        reason = "lets Snakemake run what the file says as code: take it out"
+        raise document.error([((RUNS_CODE,), reason)])
     return document
 
 
@@ -150,10 +159,16 @@ def parse_yaml(text: str, file: str) -> Document:
     What it returns is shared with later calls for the same text and never changed.
     """
     yaml = YAML(typ="safe", pure=True)
+    yaml.Composer = _CountingComposer
     try:
         node = yaml.compose(text)
         reader = _Reader(yaml, file)
-        data = None if node is None else reader.plain(node, (), ())
+        data = None
+        if node is not None:
+            _count_values(node, {}, ())
+            data = reader.plain(node, ())
+    except _RefusedNodeError as error:
+        raise SceneError([Problem(error.reason, dotted(error.key), file, *_line(error))]) from None
     except RecursionError:
         raise SceneError([Problem("nested too deeply", file=file)]) from None
     except YAMLError as error:
@@ -161,6 +176,59 @@ def parse_yaml(text: str, file: str) -> Document:
     if reader.problems:
         raise SceneError(reader.problems)
     return Document(data, Place(file, *((1, 1) if node is None else _line(node))), reader.places)
+
+
+class _RefusedNodeError(Exception):
+    """A place from which reading does not go on."""
+
+    def __init__(self, reason: str, start_mark: StringMark, key: Key = ()) -> None:
+        self.reason, self.start_mark, self.key = reason, start_mark, key
+        super().__init__(reason)
+
+
+class _CountingComposer(Composer):
+    """Makes nodes of the text, and stops where there are too many."""
+
+    count = 0
+
+    def compose_node(self, parent: Node | None, index: Any) -> Node:
+        self.count += 1
+        if self.count > MOST_VALUES:
+            raise _RefusedNodeError(_too_many(), self.parser.peek_event().start_mark)
+        return super().compose_node(parent, index)
+
+
+def _count_values(node: Node, counts: dict[Node, int], key: Key) -> int:
+    """How many values a node stands for, its aliases in full, without expanding them.
+
+    Parameters
+    ----------
+    node
+    counts
+        Of the nodes that have been counted; 0 of those that are being counted.
+    key
+        Of the node.
+    """
+    if isinstance(node, ScalarNode):
+        return 1
+    if node in counts:
+        if counts[node] == 0:
+            raise _RefusedNodeError("contains itself", node.start_mark, key)
+        return counts[node]
+    counts[node] = 0
+    if isinstance(node, MappingNode):
+        inner = [(getattr(name, "value", ""), value) for name, value in node.value]
+    else:
+        inner = list(enumerate(node.value))
+    count = 1 + sum(_count_values(value, counts, (*key, word)) for word, value in inner)
+    if count > MOST_VALUES:
+        raise _RefusedNodeError(_too_many(), node.start_mark, key)
+    counts[node] = count
+    return count
+
+
+def _too_many() -> str:
+    return f"more than {MOST_VALUES} values"
 
 
 class _Reader:
@@ -171,30 +239,21 @@ class _Reader:
         self.file = file
         self.places: dict[Key, Place] = {}
         self.problems: list[Problem] = []
-        self.count = 0
 
-    def plain(self, node: Node, key: Key, parents: tuple[Node, ...]) -> Any:
-        self.count += 1
-        if self.count > MOST_VALUES:
-            self._refuse(node, key, f"more than {MOST_VALUES} values")
-            return None
-        if node in parents:
-            self._refuse(node, key, "contains itself")
-            return None
-        parents = (*parents, node)
+    def plain(self, node: Node, key: Key) -> Any:
         if isinstance(node, SequenceNode):
             for i, item in enumerate(node.value):
                 self.places[*key, i] = Place(self.file, *_line(item))
-            return [self.plain(item, (*key, i), parents) for i, item in enumerate(node.value)]
+            return [self.plain(item, (*key, i)) for i, item in enumerate(node.value)]
         if isinstance(node, MappingNode):
-            return self._mapping(node, key, parents)
+            return self._mapping(node, key)
         try:
             return self.yaml.constructor.construct_object(node)
         except ValueError:  # thousands of digits, or a date such as 2024-13-45
             self._refuse(node, key, "cannot be read; put text in quotes")
             return None
 
-    def _mapping(self, node: MappingNode, key: Key, parents: tuple[Node, ...]) -> dict[str, Any]:
+    def _mapping(self, node: MappingNode, key: Key) -> dict[str, Any]:
         data: dict[str, Any] = {}
         for key_node, value in node.value:
             if not isinstance(key_node, ScalarNode):
@@ -205,15 +264,14 @@ class _Reader:
                 self._refuse(key_node, inner, "given twice")
                 continue
             self.places[inner] = Place(self.file, *_line(key_node))
-            data[key_node.value] = self.plain(value, inner, parents)
+            data[key_node.value] = self.plain(value, inner)
         return data
 
     def _refuse(self, node: Node, key: Key, reason: str) -> None:
-        if self.count <= MOST_VALUES + 1:  # the last of these problems says it all
-            self.problems.append(Problem(reason, dotted(key), self.file, *_line(node)))
+        self.problems.append(Problem(reason, dotted(key), self.file, *_line(node)))
 
 
-def _line(node: Node) -> tuple[int, int]:
+def _line(node: Node | _RefusedNodeError) -> tuple[int, int]:
     return node.start_mark.line + 1, node.start_mark.column + 1
 
 

@@ -83,10 +83,13 @@ def placed(
         As `load_scene` returned it for `path` and `overrides`.
     """
     document = read_document(Path(path)).overridden(overrides or {})
-    return document.error(
+    found = document.error(
         (parse_key(key_as_written(scene, problem.key)), problem.reason)
         for problem in error.problems
+        if problem.key
     )
+    # Those without a key are about other files than the scene.
+    return SceneError([*(p for p in error.problems if not p.key), *found.problems])
 
 
 def effective_config(scene: Scene) -> dict[str, Any]:
@@ -145,7 +148,11 @@ def scene_from_document(document: Document, folder: Path) -> Scene:
         start = os.path.abspath(folder / scene.mesh_file.folder)
         mesh_file = scene.mesh_file.model_copy(update={"folder": start})
         scene = scene.model_copy(update={"mesh_file": mesh_file})
-    found = [(parse_key(key), reason) for key, reason in broken_rules(scene)]
+    try:
+        found = [(parse_key(key), reason) for key, reason in broken_rules(scene)]
+    except ValidationError as error:  # of the geometry that a family stands for
+        said = error.errors(include_url=False)[0]["msg"]
+        found = [(("family",), f"makes a body that no geometry may be: {said}")]
     if found:
         raise document.error(found)
     if scene.mesh_file is not None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cfmpm.errors import Problem, SceneError
+from cfmpm.input_file import MOST_TEXT, read_file
 from cfmpm.study.layout import DIMENSIONS, RESERVED
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def find_measure(place: str, folder: Path) -> Measure:
             raise SceneError([Problem(f"no module {where} can be imported", "measure")])
         path = Path(spec.origin)
     try:
-        source = path.read_text(encoding="utf-8")
+        source = read_file(path, MOST_TEXT).decode()
         defined = ast.parse(source).body
     except (OSError, ValueError, SyntaxError) as error:
         raise SceneError([Problem(f"{path} cannot be read: {error}", "measure")]) from None

@@ -14,10 +14,10 @@ import time
 from collections.abc import Collection, Iterable, Set
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from cfmpm.output.arrays import opened_arrays
 from cfmpm.output.files import remove_asides, written_aside
 from cfmpm.study.member import Outcome
 
@@ -30,7 +30,7 @@ MOST_PARTS = 50
 # Version of the file layout; parts with another one are not read.
 FORMAT = 3
 # Errors on reading a file that is not a part, or is damaged.
-_DAMAGE = (BadZipFile, EOFError, ValueError, KeyError)
+_DAMAGE = (ValueError, LookupError, TypeError, AttributeError, RecursionError, MemoryError)
 # Fields of an outcome that are written as they are.
 _PLAIN = ("status", "reason", "seconds", "cpu_seconds", "lasting", "texts", "labels")
 
@@ -163,11 +163,11 @@ def read_part(path: Path, keys: Set[str] | None = None) -> list[Outcome]:
 
     Raises
     ------
-    OSError, BadZipFile, EOFError, ValueError, KeyError
+    OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError, MemoryError
         If it cannot be read, or is not a part.
     """
-    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-        wanted = [name for name in file.files if name != "text" and (keys is None or name in keys)]
+    with opened_arrays(path) as file:
+        wanted = [name for name in file.names if name != "text" and (keys is None or name in keys)]
         if not wanted:
             return []
         text = json.loads(file["text"].tobytes())
@@ -195,7 +195,7 @@ def read_losses(path: Path) -> int:
     path : Path
     """
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+        with opened_arrays(path) as file:
             return int(json.loads(file["text"].tobytes()).get("losses", 0))
     except (FileNotFoundError, *_DAMAGE):
         return 0

@@ -181,12 +181,13 @@ class TestFailures:
     def test_a_full_disk_leaves_nothing_behind(
         self, scene: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        def fill(_: xr.Dataset, path: Path, **__: object) -> None:
-            Path(path).write_bytes(b"half")
-            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+        def fill(path: Path, content: bytes) -> None:
+            path.write_text("half")
+            raise OSError(errno.ENOSPC, "No space left on device")
 
-        monkeypatch.setattr(xr.Dataset, "to_netcdf", fill)
-        expect_failure(call("run", scene), 1, "No space left on device")
+        monkeypatch.setattr(Path, "write_bytes", fill)
+        said = "cannot write results/small/history.nc: No space left on device"
+        expect_failure(call("run", scene), 1, said)
         assert list(Path("results/small").iterdir()) == []
 
     def test_a_failed_run_keeps_the_result_of_the_last(
@@ -198,8 +199,8 @@ class TestFailures:
         def fail(*_: object, **__: object) -> None:
             raise OSError(errno.EIO, "Input/output error")
 
-        monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
-        expect_failure(call("run", scene), 1, "cannot write: Input/output error")
+        monkeypatch.setattr(Path, "write_bytes", fail)
+        expect_failure(call("run", scene), 1, "history.nc: Input/output error")
         assert Path("results/small/history.nc").read_bytes() == before
 
 

@@ -16,6 +16,7 @@ from scipy.sparse import issparse
 from cfmpm import simulation, steps
 from cfmpm.errors import SceneError
 from cfmpm.output.checkpoint import Start, read_checkpoint, write_checkpoint
+from cfmpm.output.files import written_aside
 from cfmpm.output.record import Record
 from cfmpm.output.run_folder import CHECKPOINT
 from cfmpm.output.run_writer import SHARE, RunWriter
@@ -194,8 +195,9 @@ def test_a_half_written_checkpoint_leaves_the_last_one(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(np, "savez", fail)
-    with pytest.raises(OSError, match="No space"):
-        write_checkpoint(start, path)
+    with pytest.raises(OSError, match="No space") as caught, written_aside(path) as aside:
+        write_checkpoint(start, aside)
+    assert caught.value.filename == str(path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import errno
 import json
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -98,12 +100,13 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(history, tmp_path, monk
     files.write_dataset(history, path)
     before = path.read_bytes()
 
-    def broken(self, target, **options):
-        target.write_bytes(b"half")
-        raise OSError("disk full")
+    def broken(self, content):
+        with self.open("wb") as file:
+            file.write(content[: len(content) // 2])
+        raise OSError(errno.ENOSPC, "disk full")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", broken)
-    with pytest.raises(OSError, match="disk full"):
+    monkeypatch.setattr(Path, "write_bytes", broken)
+    with pytest.raises(OSError, match=r"disk full.*history\.nc"):
         files.write_dataset(history, path)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["history.nc"]

@@ -166,7 +166,11 @@ def test_a_collection_that_cannot_be_written_leaves_the_old_one(
     copy = shutil.copytree(folder, tmp_path / "copy")
     before = (copy / "vtu" / "grid.pvd").read_text()
 
-    def write_half(path: Path, text: str) -> None:
+    write = Path.write_text
+
+    def write_half(path: Path, text: str) -> int:
+        if ".pvd." not in path.name:
+            return write(path, text)
         path.write_bytes(text.encode()[: len(text) // 2])
         raise OSError(errno.ENOSPC, "No space left on device")
 

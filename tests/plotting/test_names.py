@@ -8,8 +8,9 @@ import gmsh
 import pytest
 
 from cfmpm.output.fields import build_fields
+from cfmpm.output.files import in_file_name
 from cfmpm.plotting import files
-from cfmpm.plotting.style import as_label, in_file_name
+from cfmpm.plotting.style import as_label
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import run
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -134,3 +135,25 @@ def test_keys_round_trip(key: tuple[str | int, ...]) -> None:
 def test_any_text_is_yaml_or_refused(text: str) -> None:
     with contextlib.suppress(SceneError):
         parse_yaml(text, "f")
+
+
+def test_what_snakemake_takes_for_code_is_refused(tmp_path: Path) -> None:
+    (problem,) = refused("name: x\n__use_yte__: true\n", tmp_path)
+    assert (problem.key, problem.line) == ("__use_yte__", 2)
+    assert "run what the file says as code" in problem.reason
+
+
+@pytest.mark.parametrize("levels", [5, 12])
+def test_aliases_are_counted_before_they_are_expanded(tmp_path: Path, levels: int) -> None:
+    """Eight hundred bytes; expanded they are up to ten to the thirteenth values."""
+    lines = ["a0: &a0 [" + "1, " * 10 + "]"]
+    lines += [f"a{i}: &a{i} [" + f"*a{i - 1}, " * 10 + "]" for i in range(1, levels + 1)]
+    tracemalloc.start()
+    try:
+        problems = refused("\n".join(lines), tmp_path)
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert [problem.reason for problem in problems] == ["more than 100000 values"]
+    assert problems[0].key == "a4"
+    assert most < 5e6

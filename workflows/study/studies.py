@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cfmpm.errors import Problem, SceneError
-from cfmpm.scene.document import read_document
+from cfmpm.scene.document import RUNS_CODE, read_document
 from cfmpm.study.batches import batch, batches
 from cfmpm.study.model import Study
 from cfmpm.study.reading import Plan, load_study
@@ -124,9 +124,17 @@ def given_studies(config_files: Iterable[str | Path]) -> dict[str, Path]:
 
 
 def _is_study(path: Path) -> bool:
-    """Whether a config file is a study rather than a part of the workflow's configuration."""
+    """Whether a config file is a study rather than a part of the workflow's configuration.
+
+    Raises
+    ------
+    SceneError
+        Where its values are taken for code.
+    """
     try:
         data = read_document(path).data
-    except SceneError:
+    except SceneError as error:
+        if any(problem.key == RUNS_CODE for problem in error.problems):
+            raise
         return False
     return isinstance(data, dict) and not data.keys().isdisjoint(Study.model_fields)
