@@ -258,7 +258,7 @@ def test_crafted_checkpoints(folder: Path) -> None:
             read_checkpoint(path)
     texts = json.loads(str(whole["texts"]))
     for key in texts.keys() - {"format"}:
-        np.savez(path, **{**whole, "texts": np.array(json.dumps(texts | {key: [[1]]}))})
+        np.savez(path, **{**whole, "texts": np.array(json.dumps(texts | {key: 1.5}))})
         with pytest.raises(SceneError, match="is damaged"):
             read_checkpoint(path)
     np.savez_compressed(path, **whole)
