@@ -30,6 +30,8 @@ from cfmpm.versions import DECIDING, versions
 
 # Largest number of reported problems of members; those that differ only in numbers count as one.
 MOST_TOLD = 10
+# After so many the rest is not checked: of a hundred thousand members that takes minutes.
+MOST_REFUSED = 1000
 NUMBER = re.compile(r"-?\d[\d.]*(e[+-]?\d+)?")
 
 
@@ -209,6 +211,8 @@ def _members(
                 if kind in first or len(first) < MOST_TOLD:
                     first.setdefault(kind, (problem, label(axes, index)))
                     many[kind] += 1
+            if bad == MOST_REFUSED:
+                break
         else:
             members.append(Member(index, called, scene, _key(scene)))
     if bad:
@@ -218,7 +222,8 @@ def _members(
             named = f"member {member}" if n == 1 else f"in {n} members, such as {member}"
             problems.append(_placed(problem, named, document, varied))
         if bad > 1 or len(first) == MOST_TOLD:
-            reason = f"{bad} of {len(members) + bad} members are refused; nothing was run"
+            of = "the first " if bad == MOST_REFUSED else ""
+            reason = f"{bad} of {of}{len(members) + bad} members are refused; nothing was run"
             problems.append(Problem(reason, file=document.root.file))
         raise SceneError(problems)
     return tuple(members)

@@ -352,3 +352,12 @@ def test_names_of_the_dataset_are_reserved() -> None:
             {"name": "a", "base": "b", "zip": {name: {"key": "c", "values": [1]}}}
         )
         assert [reason for _, reason in broken_rules(study, RESERVED)], name
+
+
+def test_checking_ends_where_a_thousand_members_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading, "MOST_REFUSED", 20)
+    problems = refused(tmp_path, STUDY.replace("[100e3, 200e3, 2]", "[-200e3, -100e3, 50]"))
+    assert "in 20 members" in str(problems[0])
+    assert problems[-1].reason == "20 of the first 20 members are refused; nothing was run"
