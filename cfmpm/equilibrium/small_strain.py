@@ -158,9 +158,10 @@ def _balance(
         scale = max(np.abs(force).max(initial=0.0), np.abs(unbalanced).max(initial=0.0))
         left = (acting - force - problem.resistance(at_rest))[free]
         residual = np.abs(left).max(initial=0.0)
-        # A solver that misses by more is not believed, but told.
+        # A solver that misses by more is not believed, but told. An iterative one has a tolerance
+        # of its own.
         felt = CORRECTED * np.abs(force).max(initial=0.0)
-        if not (correct and felt < residual <= RESIDUAL * scale):
+        if not (correct and factor.direct and felt < residual <= RESIDUAL * scale):
             break
         moved = moved.copy()
         moved[free] += factor.solve(left).x

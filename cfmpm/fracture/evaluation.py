@@ -90,7 +90,7 @@ def evaluate_tips(
             rings = [
                 ring | _factors_of_ring(near, body, balance, tip, ring, material) for ring in rings
             ]
-        elif stationary and _may_be_small(body, balance, tip, domain, material):
+        elif stationary and _may_be_small(near, body, balance, tip, domain, material):
             rings = _with_corotated_factors(rings, near, body, balance, material)
         if plastic is not None:
             rings = [
@@ -177,16 +177,23 @@ def _pressed(near: _Neighbourhood, radius: float, material: Materials) -> dict[s
 
 
 def _may_be_small(
-    body: Body, balance: Equilibrium, tip: CrackTip, domain: TipDomain, material: Materials
+    near: _Neighbourhood,
+    body: Body,
+    balance: Equilibrium,
+    tip: CrackTip,
+    domain: TipDomain,
+    material: Materials,
 ) -> bool:
     """Whether a tip at finite deformation may have stress intensity factors.
 
-    Not on an interface, with faces in contact, with plastic flow, and where the crack bends within
-    the domain.
+    Not on an interface, with plastic flow, and where its faces are in contact or the crack bends
+    within the domain.
     """
+    within = np.hypot(*(body.grid.nodes - tip.path[0]).T) <= 1.1 * max(domain.radii)
+    pressed = near.contact_force is not None and near.contact_force[within].any()
     return not (
         domain.on_border
-        or balance.contact_pairs
+        or pressed
         or material.plastic.any()
         or body.motion is not None
         or bent_faces(body.grid, balance.displacement, tip, max(domain.radii), material)

@@ -32,6 +32,8 @@ LENGTHS = (1.0, 0.9, 1.1, 0.8, 1.2, 0.7, 1.3, 0.6, 1.4, 0.5, 1.5)
 # Largest error that is taken for one of the grid. Where J and G differ by more, one of them is
 # wrong, which is told (`output.warnings.of_history`), and would tie any tips.
 LARGEST = 0.05
+# Error of a tip with one value only, of which nothing tells the error.
+UNKNOWN = 0.02
 
 
 def grid_error(values: Mapping[str, Any]) -> Floats:
@@ -47,7 +49,7 @@ def grid_error(values: Mapping[str, Any]) -> Floats:
     (..., tip) float
         The range of J and of G from K_I and K_II over all domain radii, divided by the largest
         size of any of them, at most `LARGEST`. All of them are the same quantity on a fine grid.
-        Zero where there is one value only.
+        `UNKNOWN` where there is one value only, as on an interface with one radius.
     """
     found = np.concatenate(
         [np.asarray(values[name], float) for name in ("J_radius", "G_radius")], axis=-1
@@ -56,7 +58,8 @@ def grid_error(values: Mapping[str, Any]) -> Floats:
     size = np.where(known, np.abs(found), 0.0).max(-1)
     spread = np.where(known, found, -np.inf).max(-1) - np.where(known, found, np.inf).min(-1)
     error = np.divide(spread, size, out=np.zeros(spread.shape), where=size > 0.0)
-    return np.minimum(error, LARGEST)
+    alone = (known.sum(-1) <= 1) | (spread == 0.0)
+    return np.where(alone, UNKNOWN, np.minimum(error, LARGEST))
 
 
 @dataclass(frozen=True)

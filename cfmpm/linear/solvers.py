@@ -74,6 +74,11 @@ class Factor:
         return self._solver.name
 
     @property
+    def direct(self) -> bool:
+        """Whether the solver is a direct one."""
+        return self._solver.direct
+
+    @property
     def n_unknowns(self) -> int:
         """Size of the system."""
         return int(self._K.shape[0])

@@ -90,7 +90,13 @@ def in_child(work: Callable[[], Made]) -> Made:
         warnings.simplefilter("ignore", DeprecationWarning)
         # An exception that a handler raises in the midst of a fork is lost.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)
-        child = os.fork()
+        try:
+            child = os.fork()
+        except OSError:  # no more processes: signals then wait for gmsh
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            os.close(reader)
+            os.close(writer)
+            return work()
     if child == 0:
         os.close(reader)
         _answer(work, writer, before)

@@ -37,7 +37,11 @@ def before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
 def in_steps(where: NDArray[np.bool_]) -> str:
     """Say which steps are meant, from the first to the last one."""
     first, last = np.flatnonzero(where)[[0, -1]] + 1
-    return f"in step {first}" if first == last else f"in steps {first} to {last}"
+    if first == last:
+        return f"in step {first}"
+    count = np.count_nonzero(where)
+    all_between = count == last - first + 1
+    return f"in {'' if all_between else f'{count} of the '}steps {first} to {last}"
 
 
 def parts_of_gap(history: xr.Dataset) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import secrets
@@ -15,6 +16,9 @@ import xarray as xr
 from xarray.backends import NetCDF4DataStore
 
 from cfmpm.interruption import held_back
+
+# Bytes of a name of a scene in a file name; file systems allow 255 for all of that.
+LONGEST_NAME = 120
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> None:
@@ -119,8 +123,16 @@ def written_aside_by_name(path: Path) -> Iterator[Path]:
 
 
 def in_file_name(name: object) -> str:
-    """A name of a scene as a part of a file name: letters, digits, blanks, dots and dashes."""
-    return re.sub(r"[^\w .+-]", lambda odd: f"%{ord(odd[0]):02X}", str(name))
+    """A name of a scene as a part of a file name: letters, digits, blanks, dots and dashes.
+
+    Names that are too long for a file system are cut, and end with a hash of what they are.
+    """
+    text = re.sub(r"[^\w .+-]", lambda odd: f"%{ord(odd[0]):02X}", str(name))
+    whole = text.encode()
+    if len(whole) <= LONGEST_NAME:
+        return text
+    digest = hashlib.sha256(whole).hexdigest()[:16]
+    return f"{whole[: LONGEST_NAME - 17].decode(errors='ignore')}-{digest}"
 
 
 def remove_asides(folder: Path, name: str) -> None:

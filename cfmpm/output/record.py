@@ -136,7 +136,9 @@ class Record:
         self.steps.append(StepRecord(factor, values, seconds, conjugates(body, balance, scale)))
         self.notes |= choices.choices(self.full, body, balance)
         off = invariants.came_off(body, len(self.steps), self.came_off)
-        self.warnings |= dict.fromkeys([*of_scene.doubts_of_scene(self.full, body), *off])
+        if last is None:
+            self.warnings |= dict.fromkeys(of_scene.doubts_of_scene(self.full, body))
+        self.warnings |= dict.fromkeys(off)
         for doubts in (
             of_scene.doubts_of_tip_domains(self.full, body),
             of_state.doubts(self.full, body, balance),

@@ -103,17 +103,20 @@ class _Shown:
 
 
 def _shown(frames: Sequence[Path | xr.Dataset], stress: str) -> _Shown:
-    """Look through all frames for what they are to share."""
-    places, displacements, colours = [], [], []
+    """Look through all frames, twice, for what they are to share; one is held at a time."""
+    largest, colours, nodes = 0.0, [], np.zeros((1, 2))
     for fields in _opened(frames):
         last = fields.isel(time=-1)
-        displacements.append(np.column_stack([last["u_x"], last["u_y"]]))
-        places.append(Mesh.of_fields(fields).nodes)
+        largest = max(largest, float(np.hypot(last["u_x"].values, last["u_y"].values).max()))
+        nodes = Mesh.of_fields(fields).nodes
         colours.append(np.percentile(last[stress].values, [1.0, 97.0]))
-    largest = max(float(np.hypot(*u.T).max()) for u in displacements)
-    factor = magnification(np.array([[largest, 0.0]]), places[-1])
-    moved = [x + factor * u for x, u in zip(places, displacements, strict=True)]
-    drawn = np.concatenate([*places, *moved])
+    factor = magnification(np.array([[largest, 0.0]]), nodes)
+    ends = []
+    for fields in _opened(frames):
+        last, nodes = fields.isel(time=-1), Mesh.of_fields(fields).nodes
+        moved = nodes + factor * np.column_stack([last["u_x"], last["u_y"]])
+        ends += [x for place in (nodes, moved) for x in (place.min(axis=0), place.max(axis=0))]
+    drawn = np.array(ends)
     margin = MARGIN * np.ptp(drawn, axis=0).max()
     corners = np.array([drawn.min(axis=0) - margin, drawn.max(axis=0) + margin])
     low, high = np.min(colours, axis=0)[0], np.median(colours, axis=0)[1]

@@ -14,6 +14,9 @@ Values = NDArray[Any]
 
 # Largest angle of the configurational force to the crack that counts as straight ahead [deg].
 STRAIGHT = 2.0
+# Largest ratio of the energy release rate of a kink to J before kinking: that of pure shear is 1.6
+# (Hussain, Pu and Underwood 1974; Amestoy and Leblond 1992).
+KINKED = 2.0
 
 
 def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
@@ -55,13 +58,15 @@ def fracture_load_factor(scene: Scene, values: Mapping[str, Values]) -> float:
     still = int(moves[0]) + 1 if len(moves) else len(critical)
     straight = np.where(np.abs(values["cf_angle"]) < STRAIGHT, values["J"], np.nan)
     driving = np.where(np.isnan(values["G_kink"]), straight, values["G_kink"])[:still]
-    largest = driving.max(axis=1).clip(min=0.0)
+    # A tip that carries nothing has no J.
+    most = np.nan_to_num(np.where(np.isnan(driving), KINKED * values["J"][:still], driving))
+    largest = np.nan_to_num(driving).max(axis=1).clip(min=0.0)
     reached = np.concatenate([[0.0], np.sqrt(largest / g_c)])
     load = np.concatenate([[0.0], values["load_factor"][:still]])
-    above = np.flatnonzero(~(reached < 1.0))
+    above = np.flatnonzero(most.max(axis=1) >= g_c) + 1
     if len(above):
         i = above[0]
-        if np.isnan(reached[i]):
+        if (most[i - 1] >= g_c)[np.isnan(driving[i - 1])].any():
             return np.nan
         part = (1.0 - reached[i - 1]) / (reached[i] - reached[i - 1])
         return float(load[i - 1] + part * (load[i] - load[i - 1]))

@@ -27,7 +27,7 @@ OF_MEMBERS: dict[str, tuple[str, str]] = {
     "fracture_load_factor": (
         "1",
         "load factor at which the first tip reaches g_c by G_kink, at finite deformation between "
-        "load steps",
+        "load steps and where the crack would go on straight ahead by J",
     ),
 }
 # Variables of members with several steps.

@@ -38,7 +38,8 @@ class Doubt:
         where[marked] = True
         parts = [f"{self.about}:"] if self.about else []
         parts += [in_steps(where)] if len(where) else []
-        return " ".join([*parts, self.text.replace(SIZE, f"{self.size:.2g}")])
+        size = f"{self.size:.0f}" if self.size == int(self.size) else f"{self.size:.2g}"
+        return " ".join([*parts, self.text.replace(SIZE, size)])
 
 
 class Doubts:

@@ -79,8 +79,9 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
         return []
     lost = np.isnan(history["K_I"].values) & ~np.isnan(history["J"].values)
     return [
-        f"{name}: {in_steps(lost[:, i])} strain around the tip is not small, so that it has no "
-        "K_I, K_II and T at finite deformation, which kinematics: auto chose; G is J. "
+        f"{name}: {in_steps(lost[:, i])} no K_I, K_II and T at finite "
+        "deformation, which kinematics: auto chose, since strain around the tip is not small, or "
+        "its faces are in contact or bend within the domain; G is J. "
         f"kinematics: small gives K, with a strain energy that is {100 * np.nanmax(effect):.2g} % "
         "off at the largest load (finite_effect)"
         for i, name in enumerate(history["tip"].values)
