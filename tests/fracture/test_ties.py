@@ -5,7 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from cfmpm.fracture.ties import BEHIND, LARGEST, Tie, first_tips, grid_error, growing_tips
+from cfmpm.fracture.ties import (
+    BEHIND,
+    LARGEST,
+    UNKNOWN,
+    Tie,
+    first_tips,
+    grid_error,
+    growing_tips,
+)
 
 SIZES = {"a": 1.0, "b": 1.0, "c": 1.0}
 ERROR = dict.fromkeys("abc", 0.01)
@@ -20,7 +28,7 @@ def test_error_of_the_grid_is_the_range_of_j_and_g():
         "J_radius": np.array([[0.98, 1.0], [2.0, 2.0], [1.0, np.nan], [0.0, 0.0]]),
         "G_radius": np.array([[1.0, 1.0], [2.1, 2.1], [1.0, np.nan], [0.0, 0.0]]),
     }
-    np.testing.assert_allclose(grid_error(values), [0.02, 0.1 / 2.1, 0.0, 0.0])
+    np.testing.assert_allclose(grid_error(values), [0.02, 0.1 / 2.1, UNKNOWN, UNKNOWN])
     values["J_radius"][0] = 0.0  # no error of the grid: J or G is wrong
     assert grid_error(values)[0] == LARGEST
 
