@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cfmpm.body.crack_faces import face_pairs
+from cfmpm.body.crack_faces import FacePairs, Turning, face_pairs
 from cfmpm.body.grid import CrackTip, Floats, Grid
 from cfmpm.body.points import DeformedPoints
 from cfmpm.kernels import eshelby, finite
@@ -147,7 +147,12 @@ def virtual_extension(grid: Grid, tip: CrackTip, radius: float) -> Floats:
 
 
 def j_of_sliding(
-    grid: Grid, tip: CrackTip, radius: float, contact_force: Floats, displacement: Floats
+    grid: Grid,
+    tip: CrackTip,
+    radius: float,
+    contact_force: Floats,
+    displacement: Floats,
+    turning: Turning | None = None,
 ) -> float:
     """Part of J from closed faces that slide along a curve, sum_I q_I F_I . n_I,s x [u]_I.
 
@@ -162,6 +167,8 @@ def j_of_sliding(
         That crack faces exert on each other [N/mm].
     displacement : (n, 2) float
         [mm].
+    turning : Turning, optional
+        Rotation of the crack, at finite deformation.
 
     Returns
     -------
@@ -173,7 +180,7 @@ def j_of_sliding(
     away, angles = _headings(tip, radius)
     if np.ptp(angles) <= STRAIGHT:
         return 0.0
-    pairs = face_pairs(grid, tip.crack)
+    pairs = face_pairs(grid, tip.crack, turning)
     segments = np.hypot(*np.diff(tip.path[: len(away)], axis=0).T)
     length = np.concatenate([[0.0], np.cumsum(segments)])
     s = np.interp(_distance(grid, tip)[pairs.left], away, length)
@@ -183,9 +190,19 @@ def j_of_sliding(
     curvature = -turn / (2.0 * half)  # s runs towards the tip
     across = np.column_stack([-pairs.normal[:, 1], pairs.normal[:, 0]])
     jump = displacement[pairs.left] - displacement[pairs.right]
-    pressure = (contact_force[pairs.left] * pairs.normal).sum(axis=1)
+    pressure = _along_normals(pairs, contact_force[pairs.left])
     q = ring_weight(grid, tip, radius)[pairs.left]
     return float((q * pressure * curvature * (jump * across).sum(axis=1)).sum())
+
+
+def _along_normals(pairs: FacePairs, force: Floats) -> Floats:
+    """Divide the force on each pair (k, 2) along its normals: a pair at a corner has two, (k,)."""
+    sizes: Floats = (force * pairs.normal).sum(axis=1)
+    nodes, times = np.unique(pairs.left, return_counts=True)
+    for node in nodes[times == 2]:
+        rows = np.flatnonzero(pairs.left == node)
+        sizes[rows] = np.linalg.solve(pairs.normal[rows].T, force[rows[0]]).clip(0.0)
+    return sizes
 
 
 def _headings(tip: CrackTip, radius: float) -> tuple[Floats, Floats]:

@@ -73,6 +73,7 @@ class TipsByFactor:
             _evaluated(of, gradients, part, direction)
             for of, part in ((body, parts.fixed), (alone, parts.proportional), (body, parts.both))
         )
+        constant, second = (_known(part, both) for part in (constant, second))
         f = parts.both.load_factor
         first = {name: second[name] for name in LINEAR if name in second}
         for name in QUADRATIC:
@@ -212,7 +213,23 @@ def _drive(values: Mapping[str, Any], i: int, toughness: float) -> float:
     return math.sqrt(max(float(values["G_kink"][i]), 0.0) / toughness)
 
 
+def _known(part: Mapping[str, Any], both: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of one part: zero where the tip has some in both, and none where this part is alone.
+
+    Nothing is stressed there by this part alone.
+    """
+    return {
+        name: np.where(np.isnan(part[name]) & ~np.isnan(both[name]), 0.0, part[name])
+        for name in (*LINEAR, *QUADRATIC)
+        if name in part
+    }
+
+
 def _evaluated(body: Body, gradients: Floats, part: Equilibrium, direction: str) -> dict[str, Any]:
     density = body.loading.at(part.load_factor).body_force
     nodal = cf.nodal_force(body.grid, part.points, gradients, density)
-    return evaluate_tips(body, gradients, part, nodal, direction=direction)
+    values = evaluate_tips(body, gradients, part, nodal, direction=direction)
+    if values:
+        # Without contact, J below zero is round-off; as G it superposes like J.
+        values["G"] = np.where(np.isnan(values["G"]), values["J"], values["G"])
+    return values

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cfmpm.body.body import Body
-from cfmpm.body.crack_faces import smallest_openings
+from cfmpm.body.crack_faces import Turning, smallest_openings, turning_of
 from cfmpm.body.grid import CrackTip, Floats, Grid, regions_ahead
 from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
@@ -26,14 +26,18 @@ from cfmpm.fracture.criteria.protocols import (
     load_factor_at_fracture,
 )
 from cfmpm.fracture.interaction import (
+    ROUND_OFF,
     bent_faces,
     intensity_factors,
     least_energy_release_rate,
 )
 from cfmpm.fracture.pressed_faces import PressedFaces
 from cfmpm.fracture.relieved import relieved_nodes
+from cfmpm.fracture.uniform_state import Uniform
 from cfmpm.registry.criteria import DEFAULT_DIRECTION
 
+# Round-off of J, as a part of the energy in its ring over the radius.
+ROUND_OFF_J = 1e-9
 # Values of a tip that hold in a part that carries nothing too.
 _OF_PLACE = {"domain_radius", "min_opening"}
 
@@ -127,10 +131,18 @@ def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
         "domain_radius": radius,
         "J_radius": j,
         # Of a tip that contact closes, J can be below zero: no energy release rate is.
-        "G_radius": j if j >= 0.0 else math.nan,
+        "G_radius": max(j, 0.0) if j >= -_round_off_of_j(near, radius) else math.nan,
         "cf_norm_radius": float(np.hypot(*force)),
         "cf_angle_radius": cf.angle(force, near.tip),
     }
+
+
+def _round_off_of_j(near: _Neighbourhood, radius: float) -> float:
+    """What J of a ring has by round-off of the energy in it [N/mm]."""
+    inside = np.any(cf.ring_weight(near.grid, near.tip, radius)[near.grid.elements] > 0.0, axis=1)
+    points = near.points
+    energy = (points.energy * points.volume)[inside[points.element]].sum()
+    return ROUND_OFF_J * float(energy) / radius
 
 
 def _factors_of_ring(
@@ -166,13 +178,21 @@ def _factors_of_ring(
 
 def _pressed(near: _Neighbourhood, radius: float, material: Materials) -> dict[str, float]:
     """Pressure of the faces of a closed tip on each other, and what J can tell, without K."""
-    pressure = 0.0
-    if near.contact_force is not None:
-        faces = PressedFaces.behind(near.grid, near.contact_force, near.tip)
-        if faces.closed:
-            pressure = faces.mean(cf.ring_weight(near.grid, near.tip, radius))
+    if near.contact_force is None:
+        return {"contact_pressure": 0.0, "G_floor": 0.0}
+    faces = PressedFaces.behind(near.grid, near.contact_force, near.tip, near.turning)
+    q = cf.ring_weight(near.grid, near.tip, radius)
+    if not faces.closed:
+        return {"contact_pressure": 0.0, "G_floor": 0.0}
+    pressure = faces.mean(q)
+    inside = np.any(q[near.grid.elements[:, :3]] > 0.0, axis=1)[near.points.element]
+    state = near.points.stress[inside], near.points.volume[inside]
+    uniform = Uniform.around(near.tip, pressure, *state, material.lame[0])
     modulus = plane_modulus(*material.lame[0])
-    floor = least_energy_release_rate(pressure, radius, modulus)
+    # The rotation of the faces along the crack is neglected, which is of the order of the strain.
+    strain = max(uniform.size / modulus, ROUND_OFF)
+    left = uniform.left_of(*state)
+    floor = least_energy_release_rate(left, uniform.size, radius, modulus, strain)
     return {"contact_pressure": pressure, "G_floor": floor}
 
 
@@ -276,7 +296,7 @@ def _j_integral(near: _Neighbourhood, radius: float) -> float:
     J = cf.j_integral(near.nodal, cf.virtual_extension(near.grid, near.tip, radius))
     if near.contact_force is None:
         return J
-    slid = near.contact_force, near.displacement
+    slid = near.contact_force, near.displacement, near.turning
     return J + cf.j_of_sliding(near.grid, near.tip, radius, *slid)
 
 
@@ -291,6 +311,7 @@ class _Neighbourhood:
     contact_force: Floats | None
     displacement: Floats
     tip: CrackTip
+    turning: Turning | None = None
 
     @classmethod
     def of(
@@ -306,8 +327,9 @@ class _Neighbourhood:
         grid, points = body.grid, balance.points
         if balance.contact_pairs:
             # The contact integral uses crack faces, which have the numbers of the whole grid.
-            forces = nodal, balance.contact_force
-            return cls(grid, points, gradients, *forces, balance.displacement, tip)
+            forces, u = (nodal, balance.contact_force), balance.displacement
+            turning = turning_of(grid, tip.crack, u) if balance.finite else None
+            return cls(grid, points, gradients, *forces, u, tip, turning)
         inside = np.hypot(*(grid.nodes - grid.nodes[tip.node]).T) <= radius
         is_near = inside[grid.elements].any(axis=1)
         nodes, local = np.unique(grid.elements[is_near], return_inverse=True)

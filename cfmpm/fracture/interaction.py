@@ -18,19 +18,22 @@ from cfmpm.kernels import constitutive, eshelby
 
 # Sine of the angle to the tangent below which a face is parallel to it up to round-off.
 STRAIGHT = 1e-6
-# Parts of stress times sqrt(pi R) of a ring: what no tip has of K is below the first, and of J
-# times the modulus below the first as well (measured on grids of three elements a crack length,
-# and around growing tips in uneven pressure: up to 1.9e-3 and 3e-4). Below the second a uniform
-# state is taken away before K is summed, as its error of quadrature is up to 2e-3, and a closed tip
-# has what J confirms.
-NOISE, FAINT = 2e-3, 1e-2
-# Relative difference of J and G of a faint K_II that makes it an error.
+# Part of the stress along a crack times sqrt(pi R) of a ring below which a uniform state is taken
+# away before K of an open tip is summed: its error of quadrature is up to 2e-3.
+UNIFORM = 1e-2
+# Parts of the stress that is left then, times sqrt(pi R). A tip makes K of 0.4 to 0.8 of it. Uneven
+# pressure leaves an error of up to 0.01 in K, and in J times E' of up to 0.16 squared (both on
+# grids of three to six linear elements a crack length). K below the second needs J to confirm it.
+NOISE, FAINT, LEAST_J = 0.02, 0.1, 0.2
+# The same of the uniform state, by round-off: 1e-14 in K, and in J 1e-7 squared, are found.
+ROUND_OFF = 1e-6
+# Relative difference of J and G of a faint K that makes it an error.
 CONTRADICTED = 0.5
-# Part of that and of K_II below which K_I of faces that press on each other is no opening of the
-# tip, but the error of their pressure: up to 0.05 on grids of three elements a crack length. A
-# short open kink on a crack that is pressed together has more than the pressure. Where they do so
-# farther away only, FAINT is the limit: contact leaves no K_I below zero.
-PULLS = 0.1
+# Part of the pressure and of K_II below which K_I of faces that press on each other is no opening
+# of the tip, but the error of their pressure: up to 0.05 on grids of three elements a crack length.
+# A short open kink on a crack that is pressed together has more than the pressure. Where they do
+# so farther away only, the second is the limit: contact leaves no K_I below zero.
+PULLS, PULLS_FAR = 0.1, 0.01
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,9 @@ class IntensityFactors:
         Mean of that of the faces on each other in the ring, of a tip that is closed; else 0 [MPa].
     G_floor : float
         Below which J and G of this tip are not told from zero; 0 of a loaded open tip [N/mm].
+    faint, noise : bool
+        Whether K is so small against the stress around the tip that J is to confirm it, and that it
+        may be an error of the grid.
     """
 
     K_I: float
@@ -52,17 +58,23 @@ class IntensityFactors:
     G: float
     pressure: float = 0.0
     G_floor: float = 0.0
+    faint: bool = False
+    noise: bool = False
 
     def confirmed(self, j: float) -> Self:
-        """Return the factors, without the K_II of a closed tip if it is faint and J is not its G.
+        """Return the factors, without K where it is faint and J is not its G.
 
         Parameters
         ----------
         j : float
             J of the ring [N/mm].
+
+        Notes
+        -----
+        Of a closed tip, K of the size of noise is none whatever J is.
         """
-        faint = self.G_floor > 0.0 and self.G / self.G_floor < FAINT**2 / NOISE
-        if faint and abs(j - self.G) > CONTRADICTED * self.G:
+        known = abs(j - self.G) <= CONTRADICTED * self.G
+        if (self.faint and not known) or (self.noise and self.pressure > 0.0):
             return replace(self, K_I=0.0, K_II=0.0, G=0.0)
         return self
 
@@ -104,8 +116,8 @@ def intensity_factors(
     IntensityFactors
         K = E' I / 2 (Stern, Becker and Dunham 1976), T = E' I of the unit point force (Kfouri
         1986), G = (K_I^2 + K_II^2) / E' (Irwin 1957). K_I is zero where the faces press on each
-        other up to the tip, which has no opening then. What is less than the error of the method
-        is zero too.
+        other up to the tip, which has no opening then. What is less than round-off is zero too;
+        `IntensityFactors.confirmed` tells what is less than the error of the grid.
     """
     ring = _Ring(grid, points, gradients, material.lame[0], tip, q, body_force, faces)
     pressed = None
@@ -116,30 +128,36 @@ def intensity_factors(
     if pressed is not None and pressure > 0.0:
         uniform = ring.uniform(pressure)
         k_1, k_2, t_stress = ring.factors(uniform, pressed)
-        # The stress that the tip does not make.
-        steady = float(np.abs(uniform.stress).max())
-        limit = PULLS if pressed.closed else FAINT
-        closed = bool(k_1 <= limit * (steady * root + abs(k_2)))
+        limit = PULLS if pressed.closed else PULLS_FAR
+        closed = bool(k_1 <= limit * (pressure * root + abs(k_2)))
         k_1 = 0.0
+    weak = False
     if not closed:
-        pressure = 0.0
+        pressure, uniform = 0.0, Uniform.none(tip)
         pressed = None if pressed is None else pressed.opened()
-        k_1, k_2, t_stress = ring.factors(Uniform.none(tip), pressed)
-        steady = float(abs(t_stress))
-        if np.hypot(k_1, k_2) < FAINT * steady * root:
-            k_1, k_2, t_stress = ring.factors(ring.uniform(0.0), pressed)
-    nothing = np.hypot(k_1, k_2) < NOISE * steady * root
-    if nothing:
-        k_1 = k_2 = 0.0
+        k_1, k_2, t_stress = ring.factors(uniform, pressed)
+        weak = bool(np.hypot(k_1, k_2) < UNIFORM * abs(t_stress) * root)
+        if weak:
+            uniform = ring.uniform(0.0)
+            k_1, k_2, t_stress = ring.factors(uniform, pressed)
     modulus = plane_modulus(*material.lame[0])
-    floor = least_energy_release_rate(steady, ring.radius, modulus)
+    left, floor = 0.0, 0.0
+    if closed or weak:
+        left = uniform.left_of(ring.stress, ring.volume)
+        floor = least_energy_release_rate(left, uniform.size, ring.radius, modulus)
+        if np.hypot(k_1, k_2) < ROUND_OFF * uniform.size * root:
+            k_1 = k_2 = 0.0
+    k = float(np.hypot(k_1, k_2))
+    faint = k < FAINT * left * root
     return IntensityFactors(
         K_I=float(k_1),
         K_II=float(k_2),
         T_stress=float(t_stress),
         G=float((k_1**2 + k_2**2) / modulus),
         pressure=pressure,
-        G_floor=floor if closed or nothing else 0.0,
+        G_floor=floor if closed or faint or k == 0.0 else 0.0,
+        faint=faint,
+        noise=k < NOISE * left * root,
     )
 
 
@@ -209,19 +227,27 @@ class _Ring:
         return factors
 
 
-def least_energy_release_rate(stress: float, radius: float, modulus: float) -> float:
-    """Return what J and G are not told from zero below, of a tip that makes no stress [N/mm].
+def least_energy_release_rate(
+    left: float, uniform: float, radius: float, modulus: float, part: float = ROUND_OFF
+) -> float:
+    """Return what J and G are not told from zero below, of a closed or an unloaded tip [N/mm].
 
     Parameters
     ----------
-    stress : float
-        Around the tip [MPa].
+    left : float
+        Root mean square of the stress in the ring without the uniform one [MPa]. By equilibrium,
+        the product of both is no part of J.
+    uniform : float
+        Size of the uniform stress [MPa].
     radius : float
         Of the ring [mm].
     modulus : float
         E' [MPa].
+    part : float
+        Error of the uniform stress, as a part of it.
     """
-    return NOISE * stress**2 * math.pi * radius / modulus
+    error = (LEAST_J * left) ** 2 + (part * uniform) ** 2
+    return error * math.pi * radius / modulus
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.body.crack_faces import CORNER
+from cfmpm.body.crack_faces import CORNER, Turning
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, lengths_of
 from cfmpm.body.tip_domains import sharp_bend
 from cfmpm.kernels import eshelby
@@ -45,7 +45,13 @@ class PressedFaces:
     closed: bool
 
     @classmethod
-    def behind(cls, grid: Grid, contact_force: Floats, tip: CrackTip) -> Self:
+    def behind(
+        cls,
+        grid: Grid,
+        contact_force: Floats,
+        tip: CrackTip,
+        turning: Turning | None = None,
+    ) -> Self:
         """Turn the contact forces on the left face of a crack into a pressure.
 
         Parameters
@@ -55,6 +61,8 @@ class PressedFaces:
         contact_force : (n, 2) float
             That crack faces exert on each other [N/mm].
         tip : CrackTip
+        turning : Turning, optional
+            Rotation of the crack at finite deformation, by which the forces have turned.
 
         Notes
         -----
@@ -72,9 +80,13 @@ class PressedFaces:
         np.add.at(unit, left, weights[:, :, None] * across[:, None, :])
         order = grid.element.along
         links = np.stack([left[:, order[:-1]], left[:, order[1:]]], axis=2).reshape(-1, 2)
+        if turning is not None:
+            # Back into the reference configuration.
+            back = contact_force @ [1.0, 1.0j] * np.conj(turning.rotation)
+            contact_force = np.column_stack([back.real, back.imag])
         at_node = np.zeros(len(grid.nodes))
         nodes = np.unique(left)
-        # Without friction it acts along the normal, which at finite deformation has turned.
+        # Without friction it acts along the normal.
         at_node[nodes] = np.hypot(*contact_force[nodes].T) / np.hypot(*unit[nodes].T)
         pressure = at_node[links]
         _divide_at_corners(pressure, contact_force, left, weights[0, 1] * across)

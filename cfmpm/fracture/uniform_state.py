@@ -60,6 +60,23 @@ class Uniform:
         return float(self.stress[0, 0] - self.stress[1, 1])
 
     @property
+    def size(self) -> float:
+        """Largest of the stresses [MPa]."""
+        return float(np.abs(self.stress).max())
+
+    def left_of(self, stress: Floats, volume: Floats) -> float:
+        """Return the root mean square of a stress (p, 3) without the uniform one [MPa].
+
+        Parameters
+        ----------
+        stress : (p, 3) float
+            At points around the tip [MPa].
+        volume : (p,) float
+        """
+        square = (stress - self.voigt) ** 2 @ [1.0, 1.0, 2.0]
+        return float(np.sqrt(square @ volume / max(volume.sum(), 1e-300)))
+
+    @property
     def gradient(self) -> Floats:
         """Displacement gradient in the frame of the body, (2, 2)."""
         return self._turned(self.strain)

@@ -223,6 +223,7 @@ class Record:
         if growth is None:
             found = of_history.doubts_of_domains(history, self.full)
         else:
+            first += of_history.doubts_of_held_tips(history, self.full)
             first = of_history.doubts_of_end(history, growth) + first
             found = of_history.doubts_of_path(history, self.full, growth)
         warnings = [*first, *self.warnings, *self.doubts.said(), *found]

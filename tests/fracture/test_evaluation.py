@@ -12,7 +12,7 @@ from outlines import named_rectangle
 
 import cfmpm
 from cfmpm.body.crack_faces import face_pairs, smallest_openings
-from cfmpm.fracture import evaluation
+from cfmpm.fracture import cf, evaluation
 from cfmpm.fracture.criteria.max_hoop import max_hoop_angle
 from cfmpm.fracture.criteria.protocols import direction_by
 from cfmpm.fracture.interaction import IntensityFactors
@@ -193,3 +193,13 @@ def test_openings_have_the_sign_of_the_gap() -> None:
     assert smallest_openings(grid, motion) == {"crack": 0.0}
     assert smallest_openings(grid, -motion)["crack"] == pytest.approx(-gap.max(), rel=1e-14)
     assert float(result.history.min_opening[0, 0]) == 0.0
+
+
+@pytest.mark.parametrize(("j", "g"), [(-1e-30, 0.0), (0.0, 0.0), (0.5, 0.5), (-0.5, math.nan)])
+def test_j_below_zero_by_round_off_is_no_energy_release_rate(
+    monkeypatch: pytest.MonkeyPatch, j: float, g: float
+) -> None:
+    """Where G is J, at finite deformation."""
+    monkeypatch.setattr(cf, "j_integral", lambda *_: j)
+    values = solved(kinematics="finite")
+    np.testing.assert_array_equal(values["G"], np.full_like(values["G"], g))

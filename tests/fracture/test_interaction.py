@@ -141,19 +141,26 @@ def test_a_rotation_of_the_body_has_no_factors(element):
         (0.5, 0.35, True),
         (0.5, 0.8, False),
         (0.5, -0.1, False),
-        # Above 1 % of the pressure times sqrt(pi R): not to be doubted.
-        (20.0, 100.0, True),
     ],
 )
-def test_a_faint_shear_of_a_closed_tip_needs_j_to_confirm_it(k_2, j, kept):
-    """With E' = 1 and a G_floor of 2e-3 times the square of 100, for the pressure."""
-    found = IntensityFactors(0.0, k_2, 0.0, k_2**2, pressure=1.0, G_floor=20.0)
+@pytest.mark.parametrize("pressure", [0.0, 1.0])
+def test_a_faint_factor_needs_j_to_confirm_it(k_2, j, kept, pressure):
+    """With E' = 1."""
+    found = IntensityFactors(0.0, k_2, 0.0, k_2**2, pressure=pressure, faint=True)
     told = found.confirmed(j)
     assert (told == found) is kept
     if not kept:
         assert (told.K_II, told.G) == (0.0, 0.0)
 
 
-def test_an_open_tip_is_not_doubted():
-    found = IntensityFactors(0.5, 0.0, 0.0, 0.25)
+def test_noise_is_none_of_a_closed_tip_whatever_j_is():
+    found = IntensityFactors(0.0, 0.5, 0.0, 0.25, pressure=1.0, faint=True, noise=True)
+    assert found.confirmed(0.25).K_II == 0.0
+    opened = replace(found, pressure=0.0)
+    assert opened.confirmed(0.25) == opened
+
+
+@pytest.mark.parametrize("pressure", [0.0, 1.0])
+def test_what_is_not_faint_is_not_doubted(pressure):
+    found = IntensityFactors(0.5, 0.0, 0.0, 0.25, pressure=pressure)
     assert found.confirmed(100.0) == found

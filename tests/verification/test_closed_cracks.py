@@ -10,6 +10,7 @@ import pytest
 
 import cfmpm
 from cfmpm.output import summary
+from cfmpm.output.warnings import of_history
 from cfmpm.scene import scene_from_dict
 
 P, E, NU = 10.0, 210e3, 0.3
@@ -232,6 +233,54 @@ def test_a_crack_along_the_stress_has_no_stress_intensity(load, element):
     np.testing.assert_allclose(history.T_stress[0], -load, rtol=1e-9)
 
 
+def sheared_by(x, y, shear):
+    """Tractions of a uniform stress on all sides of the square."""
+    return [
+        {"edge": "bottom", "traction": [-shear, -y]},
+        {"edge": "top", "traction": [shear, y]},
+        {"edge": "left", "traction": [-x, -shear]},
+        {"edge": "right", "traction": [x, shear]},
+    ]
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("x", [1e3, 1e5])
+@pytest.mark.parametrize(("y", "shear", "mode"), [(1.0, 0.0, "K_I"), (-1.0, 1.0, "K_II")])
+def test_stress_along_the_crack_takes_no_stress_intensity_away(y, shear, mode, x, element):
+    """However large it is: K is that of the stress across the crack and of the shear alone."""
+    crack = CRACKS["two tips"]
+
+    def solved(along):
+        return cfmpm.run(
+            pressed(crack, 10, element, loads=sheared_by(along, y, shear), g_c=1.0)
+        ).history.isel(step=0)
+
+    alone, history = solved(0.0), solved(math.copysign(x, y))
+    assert float(abs(alone[mode]).min()) > 5.0
+    np.testing.assert_allclose(history[mode], alone[mode], rtol=2e-3)
+    np.testing.assert_allclose(history.J, alone.J, rtol=2e-3)
+    np.testing.assert_allclose(history.critical_load_factor, alone.critical_load_factor, rtol=2e-3)
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_a_sheared_tip_under_high_pressure_grows_at_finite_deformation(element):
+    """J is far above the toughness, and above the error of what the shear makes."""
+    growth = {"control": "load", "criterion": "cf_norm", "direction": "cf", "increments": 1}
+    scene = pressed(
+        CRACKS["two tips"],
+        8,
+        element,
+        loads=sheared_by(-500.0, -500.0, 10.0),
+        g_c=1e-3,
+        growth=growth,
+        kinematics="finite",
+    )
+    history = cfmpm.run(scene).history
+    assert history.sizes["step"] == 2
+    assert (history.J[0] > 5.0 * history.G_floor[0]).all()
+    assert (history.contact_pressure[0] > 400.0).all()
+
+
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_the_first_segment_of_a_wing_is_open(element):
     """On a closed crack that is sheared: the faces behind the kink do not shut the tip."""
@@ -286,6 +335,33 @@ class TestJAndG:
         assert lines[2].startswith("crack_1_start: in step 1 J and G")
         table = next(i for i, line in enumerate(lines) if line.startswith("tip [mm]"))
         assert table > max(i for i, line in enumerate(lines) if "J and G" in line)
+
+    def test_said_where_k_was_set_to_zero(self):
+        result = self.result(4)
+        history = result.history.copy(deep=True)
+        for name in ("K_I", "K_II", "G"):
+            history[name][:] = 0.0
+        scene = result.scene
+        told = of_history.doubts_of_release_rates(history, scene)
+        assert len(told) == history.sizes["tip"]
+        size = float(history.J.sel(tip="crack_1_start")[0])
+        assert told[0].startswith(f"crack_1_start: in step 1 J is up to {size:.3g} N/mm")
+        history["G_floor"][:] = 2.0 * history["J"].max()
+        assert not of_history.doubts_of_release_rates(history, scene)
+
+    def test_said_where_a_tip_with_j_above_the_toughness_is_held_back(self):
+        result = self.result(4)
+        history = result.history.copy(deep=True)
+        scene = result.scene.model_copy(
+            update={"material": result.scene.material.model_copy(update={"g_c": 1e-6})}
+        )
+        history["K_I"][:] = np.nan
+        assert not of_history.doubts_of_held_tips(history, scene)
+        history["G_floor"][:] = 2.0 * history["J"].max()
+        told = of_history.doubts_of_held_tips(history, scene)
+        assert len(told) == history.sizes["tip"]
+        assert told[0].startswith("crack_1_start: in step 1 J is up to ")
+        assert not of_history.doubts_of_held_tips(history, result.scene)
 
     def test_the_advice_helps(self):
         assert "J and G" not in self.result(140).history.attrs["warnings"]

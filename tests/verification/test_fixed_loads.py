@@ -190,6 +190,33 @@ def test_crack_control(criterion: str, direction: str) -> None:
     assert gaps[0] < max(2.0 * gaps[1], 2e-3)
 
 
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("tip", [10, 12, 14])
+def test_a_tip_that_one_part_does_not_load_is_driven_by_the_other(tip: int, element: str) -> None:
+    """On the border of two materials, where G is J: by stress along the crack J is round-off."""
+    beyond = [[tip, 0], [40, 0], [40, 60], [tip, 60]]
+    same = {"E": 1e4, "nu": 0.3, "g_c": 0.3}
+    scene = plate(
+        geometry={
+            "outline": named_rectangle(40, 60),
+            "cracks": [{"name": "crack", "points": [[0, 30], [tip, 30]]}],
+            "regions": [{"name": "beyond", "material": same, "polygon": beyond}],
+        },
+        loads=[
+            {"name": "west", "edge": "left", "traction": [-5, 0]},
+            {"name": "east", "edge": "right", "traction": [5, 0]},
+            {"name": "top", "edge": "top", "traction": [0, 6]},
+            {"name": "bottom", "edge": "bottom", "traction": [0, -6]},
+        ],
+        mesh={"element": element, "size": 5},
+        growth={"control": "crack", "increments": 1},
+    )
+    history = run(scene, ("west", "east")).history
+    assert np.isnan(history.K_I[0, 0])
+    assert history.sizes["step"] == 2
+    np.testing.assert_allclose(history.G[0], 0.3, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("changes", "status", "reason"),
     [

@@ -152,9 +152,9 @@ def doubts_of_domains(history: xr.Dataset, scene: Scene) -> list[str]:
 def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
     """Find the tips at which J and G from K_I and K_II differ by more than their stated errors.
 
-    The errors are the ranges over the domain radii, `G_floor` of a closed tip, and a part of the
-    larger value for the grid. J and G are different sums over the same points: where they differ,
-    at least one of them is wrong.
+    The errors are the ranges over the domain radii, and a part of the larger value for the grid. J
+    and G are different sums over the same points: where they differ, at least one of them is wrong.
+    Where K has been set to zero, J is told that is above its range and `G_floor`.
 
     Parameters
     ----------
@@ -174,13 +174,24 @@ def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
         J, G = tip["J"].values, tip["G"].values
         larger = np.maximum(np.abs(J), np.abs(G))
         error = part * larger
-        for of in ("J_spread", "G_spread", "G_floor"):
+        for of in ("J_spread", "G_spread"):
             if of in tip:
                 error = error + np.nan_to_num(tip[of].values)
+        counts = before_arrival(tip) if growth is not None else np.ones(len(J), bool)
+        none = (tip["K_I"].values == 0.0) & (tip["K_II"].values == 0.0)
+        if "G_floor" in tip:
+            error = error + np.where(none, np.nan_to_num(tip["G_floor"].values), 0.0)
+        alone = none & (np.abs(J) > error) & counts
+        if alone.any():
+            largest = float(np.abs(J[alone]).max())
+            way = _finer(scene, float(tip["tip_size"].values[alone].min()))
+            found.append(
+                f"{name}: {in_steps(alone)} J is up to {largest:.3g} N/mm, more than its error, "
+                "while K_I and K_II are too small for the stress around the tip and set to 0: the "
+                f"grid is too coarse {way}"
+            )
         # Without K, G is J.
-        far = (np.abs(J - G) > error) & np.isfinite(tip["K_I"].values)
-        if growth is not None:
-            far &= before_arrival(tip)
+        far = (np.abs(J - G) > error) & np.isfinite(tip["K_I"].values) & counts & ~none
         if far.any():
             largest = 100.0 * float((np.abs(J - G)[far] / larger[far]).max())
             way = _finer(scene, float(tip["tip_size"].values[far].min()))
@@ -190,6 +201,38 @@ def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
                 f"wrong: the grid is too coarse {way}"
             )
     return found
+
+
+def doubts_of_held_tips(history: xr.Dataset, scene: Scene) -> list[str]:
+    """Find the closed tips without K that `G_floor` holds back although J is above g_c.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    scene : Scene
+        Expanded.
+
+    Returns
+    -------
+    list of str
+        With the steps.
+    """
+    regions = scene.geometry.regions if scene.geometry is not None else []
+    given = [scene.material.g_c, *(region.material.g_c for region in regions)]
+    least = min((g_c for g_c in given if g_c is not None), default=np.inf)
+    if "G_floor" not in history:
+        return []
+    J, floor = history["J"].values, history["G_floor"].values
+    held = (least <= J) & (floor >= J) & np.isnan(history["K_I"].values)
+    held &= history["contact_pressure"].values > 0.0
+    return [
+        f"{name}: {in_steps(held[:, i])} J is up to {J[held[:, i], i].max():.3g} N/mm, not less "
+        f"than g_c, but within its error, G_floor of {floor[held[:, i], i].max():.3g} N/mm, of a "
+        "tip that is pressed shut, so that it does not grow: the grid is too coarse "
+        f"{_finer(scene, float(history['tip_size'].values[held[:, i], i].min()))}"
+        for i, name in enumerate(history["tip"].values)
+        if held[:, i].any()
+    ]
 
 
 def _finer(scene: Scene, h: float) -> str:
