@@ -76,6 +76,14 @@ class TipsByFactor:
         constant, second = (_known(part, both) for part in (constant, second))
         f = parts.both.load_factor
         first = {name: second[name] for name in LINEAR if name in second}
+        # Of a part that hardly loads a tip, K is summed without a uniform stress: the sum of both
+        # would not be K of the whole, by the error of its quadrature.
+        constant |= {name: both[name] - f * second[name] for name in first}
+        if "K_I" in first:
+            k = [part["K_I"] ** 2 + part["K_II"] ** 2 for part in (constant, second)]
+            constant["G"] = np.divide(
+                k[0] * second["G"], k[1], out=constant["G"].copy(), where=k[1] > 0.0
+            )
         for name in QUADRATIC:
             first[name] = (both[name] - constant[name] - f * f * second[name]) / f
         return cls(

@@ -217,6 +217,29 @@ def test_a_tip_that_one_part_does_not_load_is_driven_by_the_other(tip: int, elem
     np.testing.assert_allclose(history.G[0], 0.3, rtol=1e-9)
 
 
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("along", [5.0, 50.0])
+def test_fixed_stress_along_the_crack_stops_no_growth(along: float, element: str) -> None:
+    """It has no K but by quadrature, and K of the whole is still the sum of those of the parts."""
+    scene = plate(
+        geometry={
+            "outline": named_rectangle(40, 60),
+            "cracks": [{"name": "crack", "points": [[0, 30], [12, 30]]}],
+        },
+        loads=[
+            {"name": "west", "edge": "left", "traction": [-along, 0]},
+            {"name": "east", "edge": "right", "traction": [along, 0]},
+            {"name": "top", "edge": "top", "traction": [0, 6]},
+            {"name": "bottom", "edge": "bottom", "traction": [0, -6]},
+        ],
+        mesh={"element": element, "size": 5},
+        growth={"control": "crack", "increments": 2},
+    )
+    history = run(scene, ("west", "east")).history
+    assert history.sizes["step"] == 3
+    np.testing.assert_allclose(history.G_kink[:, 0], 0.2, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("changes", "status", "reason"),
     [
