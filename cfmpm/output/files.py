@@ -11,14 +11,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import netCDF4
 import xarray as xr
-from xarray.backends import NetCDF4DataStore
 
 from cfmpm.interruption import held_back
 
 # Bytes of a name of a scene in a file name; file systems allow 255 for all of that.
 LONGEST_NAME = 120
+# Bytes that are written at once.
+CHUNK = 2**20
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> None:
@@ -42,8 +42,8 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> None:
 def store(dataset: xr.Dataset, path: Path) -> None:
     """Write a dataset to netCDF in place, into a temporary file of `written_aside`.
 
-    The netCDF library writes into memory: on a full disk it tells no reason, and may end the
-    process.
+    The space is taken before the netCDF library writes: on a full disk that tells no reason, and
+    may end the process.
 
     Parameters
     ----------
@@ -57,12 +57,26 @@ def store(dataset: xr.Dataset, path: Path) -> None:
     """
     # Coordinates have no missing values; in all other variables NaN marks them.
     encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
-    # The size is that of the first piece of memory; more is taken as needed.
-    file = netCDF4.Dataset(path.name, mode="w", memory=2**20)
-    dataset.dump_to_store(NetCDF4DataStore(file), encoding=encoding)
-    content = file.close()
-    with file_named(path):
-        path.write_bytes(content)
+    with file_named(path), path.open("wb") as file:
+        size = _size(dataset)
+        for begin in range(0, size, CHUNK):
+            file.write(bytes(min(CHUNK, size - begin)))
+    dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
+
+
+def _size(dataset: xr.Dataset) -> int:
+    """Return what a dataset takes on disk at most [bytes]."""
+    attributes = [dataset.attrs, *(variable.attrs for variable in dataset.variables.values())]
+    numbers = sum(value.nbytes for value in dataset.variables.values() if value.dtype != object)
+    words = sum(
+        len(str(word)) + 16
+        for value in dataset.variables.values()
+        if value.dtype == object
+        for word in value.values.ravel()
+    )
+    return (
+        numbers + words + 4 * sum(len(str(a)) for a in attributes) + 4096 * len(attributes) + 2**16
+    )
 
 
 @contextmanager

@@ -122,6 +122,14 @@ def test_vtk_reads_the_same_values(file: Path, fields: xr.Dataset) -> None:
         np.testing.assert_array_equal(values, np.atleast_2d(fields[name].values)[0])
 
 
+def test_a_file_takes_additions(file: Path) -> None:
+    """By netCDF and by xarray, as when a user keeps what he computes beside the fields."""
+    xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_netcdf(file, mode="a")
+    with xr.open_dataset(file) as opened:
+        assert opened["mine"].values.tolist() == [1.0, 2.0]
+        assert "u_x" in opened
+
+
 def test_nodes_of_faces_are_read_as_integers(fields: xr.Dataset, tmp_path: Path) -> None:
     """Also by xarray alone, which reads integers with a fill value as floats."""
     store(fields, tmp_path / "fields.nc")
