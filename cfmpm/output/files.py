@@ -57,11 +57,16 @@ def store(dataset: xr.Dataset, path: Path) -> None:
     """
     # Coordinates have no missing values; in all other variables NaN marks them.
     encoding = {str(c): {"_FillValue": None} for c in dataset.coords}
-    with file_named(path), path.open("wb") as file:
-        size = _size(dataset)
+    with file_named(path):
+        _take_space(path, _size(dataset))
+        dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
+
+
+def _take_space(path: Path, size: int) -> None:
+    """Make a file of zeros [bytes], with the system's error where there is no space for it."""
+    with path.open("wb") as file:
         for begin in range(0, size, CHUNK):
             file.write(bytes(min(CHUNK, size - begin)))
-    dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
 
 
 def _size(dataset: xr.Dataset) -> int:

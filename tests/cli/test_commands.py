@@ -181,11 +181,11 @@ class TestFailures:
     def test_a_full_disk_leaves_nothing_behind(
         self, scene: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        def fill(path: Path, content: bytes) -> None:
-            path.write_text("half")
+        def fill(_: xr.Dataset, path: Path, **__: object) -> None:
+            Path(path).write_text("half")
             raise OSError(errno.ENOSPC, "No space left on device")
 
-        monkeypatch.setattr(Path, "write_bytes", fill)
+        monkeypatch.setattr(xr.Dataset, "to_netcdf", fill)
         said = "cannot write results/small/history.nc: No space left on device"
         expect_failure(call("run", scene), 1, said)
         assert list(Path("results/small").iterdir()) == []
@@ -199,7 +199,7 @@ class TestFailures:
         def fail(*_: object, **__: object) -> None:
             raise OSError(errno.EIO, "Input/output error")
 
-        monkeypatch.setattr(Path, "write_bytes", fail)
+        monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
         expect_failure(call("run", scene), 1, "history.nc: Input/output error")
         assert Path("results/small/history.nc").read_bytes() == before
 
