@@ -10,8 +10,8 @@ from cfmpm.equilibrium import contact
 
 # A share of what `python tests/verification/growth_scenes.py 500` runs.
 SEEDS = range(30)
-# A crack cuts off a part there on which the rest presses.
-PINNED = 365
+# Scenes in which a crack cuts off a part that presses on the rest.
+PINNED = (306, 314, 334, 353, 404)
 
 
 @pytest.mark.slow
@@ -29,5 +29,5 @@ def test_a_part_that_is_pinned_in_space_is_found(monkeypatch: pytest.MonkeyPatch
         return pressed, np.zeros(parting.shape[1])
 
     monkeypatch.setattr(contact, "_force_beside_free_parts", pinned)
-    _, found = violations(PINNED)
+    found = [text for seed in PINNED for text in violations(seed)[1]]
     assert any("loads and reactions miss each other" in text for text in found)
