@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from cfmpm.elements.record import Element, find_element
 from cfmpm.kernels import basis, topology
@@ -189,6 +192,16 @@ class Grid:
         table = self.element.nodes, self.element.factors
         values: Floats = basis.basis_values(*table, self.nodes, self.elements, element, position)
         return values
+
+    @cached_property
+    def parts(self) -> Ints:
+        """Number of the connected part of the body that each element belongs to, (m,)."""
+        element, side = np.nonzero(self.twins >= 0)
+        links = coo_array(
+            (np.ones(len(element), np.int8), (element, self.twins[element, side] // 3)),
+            shape=(len(self.twins),) * 2,
+        )
+        return connected_components(links, directed=False)[1].astype(np.int64)
 
     def basis_gradients(self, element: Ints, position: Floats) -> Floats:
         """Evaluate the gradients of the basis functions at positions in triangles.

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.errors import Problem, SceneError
@@ -110,7 +108,7 @@ def hold_rigid_motions(grid: Grid, prescribed: NDArray[np.bool_], force: Floats)
     UnheldError
         Where loads work on such a motion.
     """
-    element_part = connected_parts(grid)
+    element_part = grid.parts
     node_part = np.empty(len(grid.nodes), np.int64)
     node_part[grid.elements] = element_part[:, None]
     places: list[tuple[int, int]] = []
@@ -194,13 +192,3 @@ def _unheld(grid: Grid, nodes: Ints | slice, force: Floats) -> str:
         f"({total[0]:.6g}, {total[1]:.6g}) N/mm, moment {moment:.6g} N about "
         f"({centre[0]:.6g}, {centre[1]:.6g}); add a displacement or balance the loads"
     )
-
-
-def connected_parts(grid: Grid) -> Ints:
-    """Number the connected parts of the body; one number for each element."""
-    element, side = np.nonzero(grid.twins >= 0)
-    links = coo_array(
-        (np.ones(len(element), np.int8), (element, grid.twins[element, side] // 3)),
-        shape=(len(grid.twins),) * 2,
-    )
-    return connected_components(links, directed=False)[1].astype(np.int64)

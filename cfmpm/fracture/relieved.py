@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cfmpm.body.body import Body
-from cfmpm.body.rigid_motions import connected_parts
 from cfmpm.equilibrium.balance import Equilibrium
 
 # Energy of a part, relative to modulus times displacement squared, that is only the round-off of
@@ -26,7 +25,7 @@ def relieved_nodes(body: Body, balance: Equilibrium) -> NDArray[np.bool_]:
         Of the body.
     """
     relieved = np.zeros(len(body.grid.nodes), bool)
-    part_of = connected_parts(body.grid)
+    part_of = body.grid.parts
     if not part_of.any():
         return relieved
     points = balance.points
