@@ -118,7 +118,7 @@ def test_a_request_to_end_waits_for_the_file_that_is_being_written(
 ) -> None:
     """In the midst of a write it would leave netCDF's lock taken, and the last write would hang."""
     begun: list[bool] = []
-    write = xr.Dataset.dump_to_store
+    write = xr.Dataset.to_netcdf
 
     def interrupted(dataset: xr.Dataset, *arguments: Any, **keywords: Any) -> Any:
         if not begun:
@@ -127,7 +127,7 @@ def test_a_request_to_end_waits_for_the_file_that_is_being_written(
         return write(dataset, *arguments, **keywords)
 
     with monkeypatch.context() as patched:
-        patched.setattr(xr.Dataset, "dump_to_store", interrupted)
+        patched.setattr(xr.Dataset, "to_netcdf", interrupted)
         result = call("run", scene_file)
     assert result.exit_code == 130
     assert "cfmpm resume results/small continues" in result.stderr
