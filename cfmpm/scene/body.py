@@ -24,6 +24,7 @@ from cfmpm.scene.quantities import (
     Name,
     Number,
     Point,
+    Text,
 )
 
 
@@ -119,11 +120,11 @@ class MeshFile(Model):
     plugin Crack makes them) ends where its lips meet.
     """
 
-    file: str = Field(min_length=1, description="path of the .msh file")
-    folder: str = Field(
+    file: Text = Field(min_length=1, description="path of the .msh file")
+    folder: Text = Field(
         ".", description="folder of a relative path; itself relative to the scene file"
     )
-    sha256: str | None = Field(
+    sha256: Text | None = Field(
         None, description="SHA-256 of the file; filled in when the scene is read"
     )
     cracks: list[GroupName] = Field(

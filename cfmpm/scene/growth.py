@@ -20,6 +20,7 @@ from cfmpm.scene.quantities import (
     Length,
     Number,
     Positive,
+    is_whole,
 )
 
 
@@ -47,7 +48,7 @@ class Fracture(Model):
 
 
 def _order(value: Any) -> Any:
-    if isinstance(value, bool) or value not in (1, 2):
+    if not is_whole(value) or value not in (1, 2):
         raise ValueError("must be 1 or 2")
     return value
 

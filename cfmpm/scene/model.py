@@ -31,9 +31,11 @@ from cfmpm.scene.mesh import Mesh
 from cfmpm.scene.quantities import (
     Count,
     CountBesideList,
+    Flag,
     Length,
     Name,
     Number,
+    Text,
 )
 from cfmpm.scene.specimens.specimen import Specimen
 
@@ -88,7 +90,7 @@ class Updated(Model):
 class Output(Model):
     """Files written in addition to the history."""
 
-    fields: bool = Field(
+    fields: Flag = Field(
         False,
         description="write displacement, stress and configurational force on the grid at the end: "
         "fields.nc",
@@ -108,7 +110,7 @@ class Scene(Model):
     """
 
     name: Name = Field(description="name of the scene, and of its folder in results")
-    description: str = Field("", description="one line of text for the summary")
+    description: Text = Field("", description="one line of text for the summary")
     geometry: Geometry | None = Field(None, description="the body by outline, holes and cracks")
     family: Family | None = Field(None, description="the body as a specimen with parameters")
     mesh_file: MeshFile | None = Field(None, description="the body as a mesh of gmsh")

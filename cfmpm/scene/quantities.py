@@ -1,4 +1,9 @@
-"""Numbers, points and names as the fields of a scene take them; lengths in mm."""
+"""Numbers, points, names and flags as the fields of a scene and a study take them; lengths in mm.
+
+A field takes the kind it is of alone: true or false, a whole number written as one, text. A number
+may be text besides, as 210e3 is to a reader of YAML 1.1. Models have these types in place of bool,
+int, float and str, which pydantic converts to each other.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +12,7 @@ import unicodedata
 from numbers import Integral, Real
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, Strict
 
 # Larger numbers are typing errors, and their squares overflow. A body is at most a thousand
 # kilometres long.
@@ -47,18 +52,22 @@ def _group(value: str) -> str:
     return unicodedata.normalize("NFC", value)
 
 
+def is_whole(value: Any) -> bool:
+    """Whether a value is a whole number as it is written: neither true nor 5.0 nor text."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
 def _count(value: Any) -> int:
-    number = _number(value)
-    if not number.is_integer():
-        raise ValueError("must be a whole number")
-    return int(number)
+    if not is_whole(value):
+        raise ValueError("must be a whole number without point, exponent or quotes")
+    _number(value)  # the limit of its size
+    return int(value)
 
 
 def _count_beside_list(value: Any) -> int:
-    """Take whole numbers as they are written: 5.0 may be meant as a list of one."""
-    if isinstance(value, Integral) and not isinstance(value, bool):
-        return _count(value)
-    raise ValueError("must be a whole number, which counts, or a list of numbers in brackets")
+    if not is_whole(value):
+        raise ValueError("must be a whole number, which counts, or a list of numbers in brackets")
+    return _count(value)
 
 
 Number = Annotated[float, BeforeValidator(_number)]
@@ -67,8 +76,10 @@ Length = Annotated[Number, Field(gt=0, le=LARGEST_LENGTH)]
 Coordinate = Annotated[Number, Field(ge=-LARGEST_LENGTH, le=LARGEST_LENGTH)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_pair)]
 Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_pair)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
+Flag = Annotated[bool, Strict()]
+Text = Annotated[str, Strict()]
+Name = Annotated[Text, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
 # The name of a physical group of a mesh file: gmsh takes any text.
-GroupName = Annotated[str, Field(min_length=1, max_length=127), AfterValidator(_group)]
+GroupName = Annotated[Text, Field(min_length=1, max_length=127), AfterValidator(_group)]
 Count = Annotated[int, BeforeValidator(_count)]
 CountBesideList = Annotated[int, BeforeValidator(_count_beside_list)]
