@@ -1,8 +1,8 @@
-"""Numbers, points, names and flags as the fields of a scene and a study take them; lengths in mm.
+"""Types of the numbers, points, names and flags in a scene and in a study; lengths in mm.
 
-A field takes the kind it is of alone: true or false, a whole number written as one, text. A number
-may be text besides, as 210e3 is to a reader of YAML 1.1. Models have these types in place of bool,
-int, float and str, which pydantic converts to each other.
+Each type accepts values of its own kind only: true or false, integers, text. A number may also be
+text, since YAML 1.1 reads 210e3 as text. Models use these types in place of bool, int, float and
+str, between which pydantic converts.
 """
 
 from __future__ import annotations
@@ -14,14 +14,13 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, Strict
 
-# Larger numbers are typing errors, and their squares overflow. A body is at most a thousand
-# kilometres long.
+# Larger numbers are typing errors, and their powers can overflow. A length is at most 1000 km.
 LARGEST = 1e30
 LARGEST_LENGTH = 1e9
 
 
 def _number(value: Any) -> float:
-    """Refuse booleans and non-finite numbers, which pydantic would take for floats."""
+    """Refuse booleans and non-finite numbers, which pydantic accepts as floats."""
     if isinstance(value, bool):
         raise ValueError("must be a number, not true or false")
     if not isinstance(value, str | Real):
@@ -35,7 +34,7 @@ def _number(value: Any) -> float:
     if not math.isfinite(number):
         raise ValueError("must be a finite number")
     if abs(number) > LARGEST:
-        raise ValueError(f"must be at most {LARGEST:g} in size")
+        raise ValueError(f"must have a magnitude of at most {LARGEST:g}")
     return number + 0.0  # -0.0 becomes 0.0: equal scenes have equal hashes
 
 
@@ -46,14 +45,17 @@ def _pair(value: Any) -> Any:
 
 
 def _group(value: str) -> str:
-    """Take a name as gmsh does, but for how its accents are made up."""
+    """Accept any name that gmsh accepts, in Unicode normal form C.
+
+    Accented letters can be written with one or two code points; equal names must compare equal.
+    """
     if any(unicodedata.category(letter).startswith("C") for letter in value):
         raise ValueError("must be one line of text without control characters")
     return unicodedata.normalize("NFC", value)
 
 
 def is_whole(value: Any) -> bool:
-    """Whether a value is a whole number as it is written: neither true nor 5.0 nor text."""
+    """Whether a value is an integer; True, 5.0 and text are not."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 
@@ -66,7 +68,7 @@ def _count(value: Any) -> int:
 
 def _count_beside_list(value: Any) -> int:
     if not is_whole(value):
-        raise ValueError("must be a whole number, which counts, or a list of numbers in brackets")
+        raise ValueError("must be a whole number (a count) or a list of numbers in brackets")
     return _count(value)
 
 
@@ -79,7 +81,7 @@ Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_pair)]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
 Name = Annotated[Text, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
-# The name of a physical group of a mesh file: gmsh takes any text.
+# Name of a physical group of a mesh file: gmsh accepts any text.
 GroupName = Annotated[Text, Field(min_length=1, max_length=127), AfterValidator(_group)]
 Count = Annotated[int, BeforeValidator(_count)]
 CountBesideList = Annotated[int, BeforeValidator(_count_beside_list)]
