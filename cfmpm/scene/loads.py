@@ -40,8 +40,8 @@ class LoadKeys(Model):
     )
     box: Annotated[tuple[Point, Point], BeforeValidator(_box)] | None = Field(
         None,
-        description="two opposite corners of a box [mm]: the part of the boundary inside it; loads "
-        "do not act on crack faces",
+        description="two opposite corners of a box [mm]: the part of the boundary inside it; crack "
+        "faces in it are neither loaded nor held",
     )
     point: Point | None = Field(
         None, description="coordinates of a point [mm]; the grid gets a node there"

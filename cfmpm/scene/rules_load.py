@@ -17,8 +17,9 @@ from cfmpm.scene.model import Scene
 from cfmpm.scene.rules_body import Finding, at
 from cfmpm.scene.shapes import XY
 
-# Largest length of cracks in a box, as a fraction of the length of the boundary in it: a box a
-# little larger than a side may contain the mouth of a crack.
+# Largest length of cracks in the box of a traction, as a fraction of the length of the boundary in
+# it: a box a little larger than a side may contain the mouth of a crack. A support may contain any
+# length: it holds the boundary.
 MOST_CRACK = 0.1
 
 
@@ -100,16 +101,17 @@ def _box(key: str, load: Load, body: BodyShape) -> Iterator[Finding]:
         return
     area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
     held = body.polygon.boundary.intersection(area).length
-    if held <= ON * body.size:
-        yield key, "contains no part of the boundary"
     cracks = cracks_in_box(load.box, body.cracks)
     length = sum(cracks.values())
-    if length > MOST_CRACK * held:
+    inside = f"{length:.4g} mm of {' and '.join(cracks)}"
+    if held <= ON * body.size:
+        only = f", only {inside}, whose faces a load cannot act on" if length > 0.0 else ""
+        yield key, f"contains no part of the boundary{only}"
+    elif length > MOST_CRACK * held and not LOADS[load.kind].holds:
         yield (
             key,
-            f"contains {length:.4g} mm of {' and '.join(cracks)} and {held:.4g} mm of the "
-            "boundary: loads do not act on crack faces; end the box at the boundary, or use an "
-            "edge",
+            f"contains {inside} and {held:.4g} mm of the boundary: a {load.kind} cannot act on "
+            "crack faces; end the box at the boundary, or use an edge",
         )
 
 

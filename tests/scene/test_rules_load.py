@@ -23,14 +23,15 @@ REFUSED = [
     (
         "[{box: [[-1, 39], [11, 41]], traction: [0, -1]}]",
         "[0].box",
-        "contains 10 mm of crack_1 and 2 mm of the boundary: loads do not act on crack faces",
+        "contains 10 mm of crack_1 and 2 mm of the boundary: a traction cannot act on crack faces",
     ),
     (
         "[{box: [[2, 36], [-1, 45]], traction: [0, 1]}]",
         "[0].box",
         "contains 2 mm of crack_1 and 9 ",
     ),
-    ("[{box: [[-1, 39], [30, 41]], displacement: {x: 0}}]", "[0].box", "end the box at the bound"),
+    ("[{box: [[-1, 39], [30, 41]], traction: [1, 0]}]", "[0].box", "end the box at the bound"),
+    ("[{box: [[2, 39], [9, 41]], displacement: {x: 0}}]", "[0].box", "only 7 mm of crack_1"),
     ("[{box: [[-1, 39.5], [9, 60]], traction: [1, 0]}]", "[0].box", "contains 9 mm of crack_1 and"),
     ("[{box: [[0, 60], [100, 60]], traction: [0, 1]}]", "[0].box", "zero width or height"),
     (
@@ -184,6 +185,7 @@ ACCEPTED = [
     "[{point: [50, 25], force: [0, 1]}, {point: [80, 30], displacement: {x: 0}}]",
     "[{box: [[44, 24], [56, 30]], traction: [0, 1]}]",
     "[{box: [[100, 60], [99, 59]], displacement: {x: 1}}]",
+    "[{box: [[-1, 39], [30, 41]], displacement: {x: 1}}]",
 ]
 
 
