@@ -74,6 +74,42 @@ def find_twins(triangles, offsets, half_edges):
 
 
 @kernel
+def connected_parts(twins):
+    """Number the connected parts of a grid, in the order of their first triangles.
+
+    Parameters
+    ----------
+    twins : (m, 3) int
+        From `find_twins`, -1 on the boundary and along crack lines.
+
+    Returns
+    -------
+    (m,) int
+        The part of each triangle.
+    """
+    part = np.full(twins.shape[0], -1, np.int64)
+    waiting = np.empty(twins.shape[0], np.int64)
+    count = 0
+    for first in range(twins.shape[0]):
+        if part[first] >= 0:
+            continue
+        part[first] = count
+        waiting[0] = first
+        n = 1
+        while n > 0:
+            n -= 1
+            triangle = waiting[n]
+            for k in range(3):
+                across = twins[triangle, k] // 3
+                if across >= 0 and part[across] < 0:
+                    part[across] = count
+                    waiting[n] = across
+                    n += 1
+        count += 1
+    return part
+
+
+@kernel
 def split_nodes(triangles, twins, offsets, half_edges, nodes, n_nodes):
     """Give each fan of triangles around `nodes` a node of its own, in place.
 
