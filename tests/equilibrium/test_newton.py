@@ -49,7 +49,7 @@ def pulled(stress, **changes):
 
 
 def test_newton_is_quadratic():
-    """One step of ten per cent, from the tangent at rest."""
+    """One step of ten per cent from the undeformed state."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(newton, "FIRST_STRAIN", 1.0)
         patch.setattr(newton, "STRETCH_JUMP", 10.0)
@@ -67,7 +67,7 @@ def test_newton_is_quadratic():
 
 @pytest.mark.parametrize("law", ["hencky", "neo_hookean", "ciarlet"])
 def test_uniform_stretch_is_that_of_the_law(law):
-    """A free block: the nominal stress is dW/dl, with no stress across."""
+    """Block with free sides: the nominal stress is dW/dl, the lateral stress is zero."""
     result = pulled(300.0, material={"E": 1e3, "nu": 0.3, "law": law})
     F = result.points.displacement_gradient + np.eye(2)
     assert np.ptp(F, axis=0).max() < 1e-12
@@ -101,7 +101,7 @@ def test_work_of_the_loads_is_the_energy():
 
 
 def test_work_of_dead_loads_is_the_energy_to_second_order_of_the_steps():
-    """The trapezoidal rule: force and displacement at both ends of each step."""
+    """Work by the trapezoidal rule from force and displacement at both ends of each step."""
     material = {"E": 1e3, "nu": 0.3, "law": "ciarlet"}
     errors = []
     for steps in (8, 16):
@@ -113,7 +113,7 @@ def test_work_of_dead_loads_is_the_energy_to_second_order_of_the_steps():
 
 
 def test_a_point_turned_inside_out_is_no_state():
-    """Also where its law would give a stress."""
+    """A point with det F < 0 is refused even if its law gives a stress."""
     result = pulled(100.0)
     grid, points = result.grid, result.body.integration
     problem = mechanics.problem_of(*mechanics.locate(result.body))
@@ -135,7 +135,7 @@ def test_the_end_depends_neither_on_the_steps_nor_on_the_solver(solver):
 
 
 def test_a_load_that_goes_back_leaves_nothing_behind():
-    """Up, back to nothing, into compression with closed faces, and back again."""
+    """Load to tension, zero, compression with closed faces, and zero again."""
     found = run(PLATE, load_steps=[1, 0.5, 0, -1, 0]).history
     straight = run(PLATE, load_steps=[0.5]).history
     assert float(found.J[1, 0]) == pytest.approx(float(straight.J[0, 0]), rel=1e-7)
@@ -168,7 +168,7 @@ class TestLimitPoint:
         assert np.isfinite(history.strain_energy).all()
 
     def test_a_stretch_that_would_jump_is_not_taken(self):
-        """Neo-Hookean carries the load; but never in one leap."""
+        """The neo-Hookean law can carry the load, but not in one step."""
         result = pulled(500.0, material={"E": 1e3, "nu": 0.3, "law": "ciarlet"})
         assert result.history.attrs["run_status"] == "solved"
         assert result.balance.substeps >= 2
@@ -179,7 +179,7 @@ class TestLimitPoint:
         ids=["pulled", "pulled too far", "pressed", "pressed too far"],
     )
     def test_no_step_stretches_or_presses_a_point_by_more_than_half(self, length, substeps):
-        """Prescribed on the whole boundary, so that nothing but the limit keeps steps short."""
+        """Displacement on the whole boundary: only the limit on the stretch limits the steps."""
         loads = [
             {"edge": "edge_4", "displacement": {"x": 0}},
             {"edge": "edge_2", "displacement": {"x": 40 * (length - 1)}},
@@ -225,7 +225,7 @@ def test_half_the_load_of_twice_the_density_is_the_same_state():
 
 
 def test_accepted_states_are_stable_by_their_eigenvalues():
-    """What the factorisation says, by another way."""
+    """Independent check of the sign of the pivots."""
     for material in (PLATE["material"], {"E": 1e4, "nu": 0.3}, TestPlasticity.STEEL):
         result = run(PLATE, material=material, load_steps=[0.5])
         problem = mechanics.problem_of(*mechanics.locate(result.body))
@@ -237,7 +237,7 @@ def test_accepted_states_are_stable_by_their_eigenvalues():
 
 @pytest.mark.parametrize(("traction", "leans"), [(200.0, False), (-200.0, True)])
 def test_what_holds_a_rotation_carries_nothing_where_loads_hold_it(traction, leans):
-    """A body under nothing but dead tractions, off its middle axis by the crack."""
+    """A body under dead tractions only, with bending due to the edge crack."""
     family = {**PLATE["family"], "crack_height": 25, "traction": traction}
     result = run(PLATE, family=family, loads=[])
     force = (
@@ -267,7 +267,7 @@ class TestPlasticity:
         assert np.abs(history.reaction_y[1]).max() > 0
 
     def test_the_force_of_stored_energy_depends_on_the_domain(self):
-        """What plastic work adds is told apart; elastic, no domain differs."""
+        """The part of the plastic work is separate; without flow the domain does not matter."""
         kind = {
             "load_steps": 10,
             "mesh": {"element": "T6", "size": 5, "grading": {"tip_size": 0.5}},
@@ -365,7 +365,7 @@ class TestGrowth:
         assert finite.attrs["run_status"] == "arrived"
 
     def test_a_grown_body_is_in_the_balance_of_one_solved_afresh(self):
-        """Elastic: what was carried over leaves no trace."""
+        """Elastic material: the transferred state has no effect on the solution."""
         result = run(GROWING, growth={**GROWING["growth"], "increments": 3})
         body, balance = result.body, result.balance
         problem = mechanics.problem_of(*mechanics.locate(body))
@@ -375,7 +375,7 @@ class TestGrowth:
         )
 
     def test_growth_at_each_load_step(self):
-        """No tip runs below its load; above it, at once."""
+        """No tip grows below its critical load; above it growth is immediate."""
         for kind in ("finite", "small"):
             history = run(GROWING, kinematics=kind, load_steps=5).history
             factor = history.load_factor.values
@@ -388,10 +388,10 @@ class TestGrowth:
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
-    """A step that fails leaves nothing behind: the closed faces go on from the last state.
+    """After a failed step, contact starts again from the last accepted state.
 
-    The crack takes stiffness away, as its faces slide, and open where the plate bends: hardly more
-    than the part of the width that it takes.
+    The crack reduces the stiffness, as its faces slide and open in bending, by little more
+    than its fraction of the width.
     """
     outline = [[0, 0], [50, 0], [50, 80], [0, 80]]
     sound = {"geometry": {"outline": outline}, "family": None, "fracture": {}}
@@ -412,7 +412,7 @@ def test_a_pressed_plate_with_a_closed_crack_buckles_as_one_without(element):
 
 
 def test_the_first_loss_of_ellipticity_is_dated():
-    """Even in the first step of all, which has nothing before it."""
+    """Also in the first step."""
     ideal = {"E": 1e4, "nu": 0.3, "law": "j2", "yield_stress": 10.0}
     balance = run(PLATE, material=ideal, load_steps=[0.02]).balance
     assert balance.unstable_points > 0

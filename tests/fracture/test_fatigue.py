@@ -1,4 +1,4 @@
-"""Cycles of fatigue: against closed forms, and against Paris' law with the K of handbooks."""
+"""Fatigue cycles against closed forms, and against Paris' law with K of handbooks."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_who_is_due():
     lengths=st.lists(st.floats(0.6, 1.4), min_size=60, max_size=60),
 )
 def test_all_tips_keep_to_the_law_within_a_segment(rates, lengths):
-    """Whatever lengths the grid gives the segments, at constant rates."""
+    """For any segment lengths, at constant rates."""
     names = "abcd"[: len(rates)]
     rate = dict(zip(names, rates, strict=True))
     grown = dict.fromkeys(names, 0.0)
@@ -124,7 +124,7 @@ def cycles_to(length, start, m):
 
 
 def length_after(cycles, start, m):
-    """The same the other way round."""
+    """Crack length after a number of cycles: the inverse of `cycles_to`."""
     lengths = np.linspace(start, start + 10.0, 500)
     return np.interp(cycles, cycles_to(lengths, start, m), lengths)
 
@@ -133,7 +133,7 @@ def length_after(cycles, start, m):
 def test_life_of_an_edge_crack(m):
     """N(a) by Paris' law with the handbook's K, up to the length at which G is g_c.
 
-    It is 0.1 to 0.6 % above, on a grid half as fine 0.7 to 1.3 %: m times the error of K.
+    N is 0.1 to 0.6 % above, on a grid half as fine 0.7 to 1.3 %: m times the error of K.
     """
     history = cfmpm.run(scene_from_dict(strip({"crack": (150, 10.0)}, m, 0.25))).history
     length = history.crack_length.values[:, 0]
@@ -156,7 +156,7 @@ def test_life_of_an_edge_crack(m):
 
 
 def test_unequal_cracks_grow_in_one_number_of_cycles():
-    """Two edge cracks so far apart that each has the handbook's K: all grow, none waits."""
+    """Two edge cracks so far apart that each has the handbook's K; both grow."""
     cracks = {"short": (100, 8.0), "long": (200, 10.0)}
     history = cfmpm.run(scene_from_dict(strip(cracks))).history
     assert history.cycles.dims == ("step",)
@@ -186,7 +186,7 @@ def test_twins_keep_together():
 
 
 def test_a_crack_arrests_at_the_threshold():
-    """Arms of a beam held apart: K = 3^0.5 E' d h^1.5 / (4 (a + 0.6728 h)^2), d the opening.
+    """Double cantilever beam with opening d: K = 3^0.5 E' d h^1.5 / (4 (a + 0.6728 h)^2).
 
     From K and opening of the corrected beam (Fichter 1983, Int. J. Fract. 22, 133-143); pressing
     the beam along its axis keeps the crack straight.

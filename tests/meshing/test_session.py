@@ -68,7 +68,7 @@ def test_a_failure_of_gmsh_says_what_to_change(monkeypatch):
 
 
 class TestChild:
-    """What would keep signals waiting runs in a child process."""
+    """Meshing that would delay signals runs in a child process."""
 
     def test_results_and_errors_come_back(self):
         assert in_child(lambda: {"pid": 3}) == {"pid": 3}

@@ -1,4 +1,4 @@
-"""A run that was broken off goes on as if it had not been."""
+"""A resumed run gives the same results as an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ MODES: dict[str, dict[str, Any]] = {
 
 
 class StopHereError(Exception):
-    """What breaks a run off."""
+    """Interrupts a run."""
 
 
 @pytest.mark.parametrize("variant", [*VARIANTS, *MODES])
@@ -205,7 +205,7 @@ def test_a_half_written_checkpoint_leaves_the_last_one(
 def test_writing_takes_a_stated_part_of_the_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By a clock that goes on by a second in each write, and by two in each step."""
+    """With a clock that advances by one second per write and two per step."""
     now, written = [0.0], []
 
     def write(*arguments: object) -> None:
@@ -238,7 +238,7 @@ SOLVED_AGAIN = {
 
 
 def differences(found: Any, expected: Any, where: str = "") -> Iterator[str]:
-    """Name everything in which two values differ, down to the last bit."""
+    """List all differences between two values, bit by bit."""
     if type(found) is not type(expected):
         yield f"{where}: {type(found).__name__} is no {type(expected).__name__}"
     elif is_dataclass(expected):
@@ -267,7 +267,7 @@ def differences(found: Any, expected: Any, where: str = "") -> Iterator[str]:
 
 @pytest.mark.parametrize("variant", [*VARIANTS, *MODES])
 def test_everything_that_a_run_goes_on_from_comes_back(tmp_path: Path, variant: str) -> None:
-    """Each field of body, balance, decision and record, of whatever they will hold."""
+    """Each field of body, equilibrium, decision and record."""
     parts = RESET | {"updated": MODES[variant]} if variant in MODES else SCENE | VARIANTS[variant]
     starts: list[Start] = []
 

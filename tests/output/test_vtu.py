@@ -1,4 +1,4 @@
-"""What ParaView gets: read back by pyvista."""
+"""VTU files, read by pyvista."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_without_fields_it_says_what_makes_them(tmp_path: Path) -> None:
 
 
 def test_fields_of_another_run_are_refused(folder: Path, tmp_path: Path) -> None:
-    """Never a film of one scene beside the numbers of another."""
+    """Fields of one scene never go with the history of another."""
     copy = shutil.copytree(folder, tmp_path / "copy")
     other = growing()
     other["material"]["g_c"] = 2.0
