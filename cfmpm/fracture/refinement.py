@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cfmpm.body.grid import Floats, Ints, Triangulation
 from cfmpm.fracture.release import split_side
@@ -39,23 +40,39 @@ def refine(mesh: Triangulation, at: Floats, size: float) -> tuple[Triangulation,
     stays above half of its initial value.
     """
     changed: set[int] = set()
-    while True:
-        large = _large(mesh, at, size)
-        if large.size == 0:
-            return mesh, np.array(sorted(changed), np.int64)
+    distance, too_large = _rated(mesh.nodes[mesh.triangles], at, size)
+    while too_large.any():
+        nearest = int(np.argmin(np.where(too_large, distance, np.inf)))
         stars = topology.node_stars(mesh.triangles, len(mesh.nodes))
-        mesh, parts = split_side(mesh, stars, _last_longest_edge(mesh, stars, int(large[0])), 0.5)
+        mesh, parts = split_side(mesh, stars, _last_longest_edge(mesh, stars, nearest), 0.5)
         changed |= set(parts.tolist())
+        # Only the parts have changed: the others keep their distance and size.
+        added = len(mesh.triangles) - len(distance)
+        distance = np.append(distance, np.empty(added))
+        too_large = np.append(too_large, np.empty(added, bool))
+        distance[parts], too_large[parts] = _rated(mesh.nodes[mesh.triangles[parts]], at, size)
+    return mesh, np.array(sorted(changed), np.int64)
 
 
-def _large(mesh: Triangulation, at: Floats, size: float) -> Ints:
-    """Triangles too large for their distance from the tip, sorted by this distance."""
-    corners = mesh.nodes[mesh.triangles]
+def _rated(corners: Floats, at: Floats, size: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """Distance of triangles from the tip [mm], and whether they are too large for it.
+
+    Parameters
+    ----------
+    corners : (k, 3, 2) float
+        [mm].
+    at, size
+        As in `refine`.
+
+    Returns
+    -------
+    distance : (k,) float
+    too_large : (k,) bool
+    """
     (ux, uy), (vx, vy) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
     own = np.sqrt(0.5 * (ux * vy - uy * vx) / EQUILATERAL)
     distance = np.hypot(*(corners.mean(axis=1) - at).T)
-    large = np.flatnonzero(own > size + GROWTH * distance)
-    return large[np.argsort(distance[large], kind="stable")]
+    return distance, own > size + GROWTH * distance
 
 
 def _last_longest_edge(

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from cfmpm.output.variables import ARRIVED_FLAGS
 
+Floats = NDArray[np.float64]
+
 # Smallest clearance for accurate results at a tip, in element sizes.
 LIGAMENT = 3.0
 
@@ -22,15 +24,21 @@ def resolved_steps(tip: xr.Dataset) -> NDArray[np.bool_]:
     tip : xarray.Dataset
         History of one tip.
     """
-    return before_arrival(tip) & (tip["clearance"].values >= LIGAMENT * tip["tip_size"].values)
+    names = ("tip_x", "tip_y", "tip_size", "tip_status")
+    before = before_arrival(*(tip[name].values for name in names))
+    return before & (tip["clearance"].values >= LIGAMENT * tip["tip_size"].values)
 
 
-def before_arrival(tip: xr.Dataset) -> NDArray[np.bool_]:
-    """Steps of a tip except those within the last elements before an arrival, (step,)."""
-    place = np.column_stack([tip["tip_x"], tip["tip_y"]])
-    rest = np.append(np.hypot(*np.diff(place, axis=0).T)[::-1].cumsum()[::-1], 0.0)
-    h = tip["tip_size"].values
-    arrived = int(tip["tip_status"][-1]) in ARRIVED_FLAGS
+def before_arrival(x: Floats, y: Floats, h: Floats, status: Floats) -> NDArray[np.bool_]:
+    """Steps of a tip except those within the last elements before an arrival, (step,).
+
+    Parameters
+    ----------
+    x, y, h, status : (step,) float
+        ``tip_x``, ``tip_y``, ``tip_size`` and ``tip_status`` of the tip.
+    """
+    rest = np.append(np.hypot(np.diff(x), np.diff(y))[::-1].cumsum()[::-1], 0.0)
+    arrived = int(status[-1]) in ARRIVED_FLAGS
     return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
 
 

@@ -93,8 +93,8 @@ REFUSALS = [
     (
         {"mesh": {"element": "T10_STATIONARY"}, "growth": {}},
         "mesh.element: T10_STATIONARY does not go with growth.transfer: domains: it does not "
-        "define the domains of its material points, as T3, T6, T10 do; with T10_STATIONARY cracks "
-        "grow under transfer: paper only",
+        "define the domains of its material points, as T3, T6, T10 do; use one of these, or "
+        "growth.transfer: paper",
     ),
     (
         {"mesh": {"element": "T10"}, "formulation": "updated", "updated": {"grid": "following"}},

@@ -31,7 +31,7 @@ def warnings(right: float) -> list[str]:
 def test_crack_in_the_box_of_a_load() -> None:
     (text,) = (text for text in warnings(0.5) if "box" in text)
     assert text == (
-        "pull: its box holds 0.5 mm of crack_1; loads do not act on crack faces: end the box at "
-        "the boundary, or name an edge"
+        "pull: its box contains 0.5 mm of crack_1; the traction acts on the boundary in the box, "
+        "not on crack faces: end the box at the boundary, or name an edge"
     )
     assert not [text for text in warnings(0.01) if "box" in text]

@@ -18,7 +18,7 @@ from cfmpm.kernels.laws.tensors import log_defect
 from cfmpm.registry.laws import Constant, Law
 
 MOONEY_RIVLIN = Law(
-    "is that of Mooney and Rivlin",
+    "Mooney-Rivlin law",
     "rubber_law",
     (
         Constant("c_10", "of mooney_rivlin [MPa]", above=0),

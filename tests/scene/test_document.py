@@ -140,7 +140,7 @@ def test_any_text_is_yaml_or_refused(text: str) -> None:
 def test_what_snakemake_takes_for_code_is_refused(tmp_path: Path) -> None:
     (problem,) = refused("name: x\n__use_yte__: true\n", tmp_path)
     assert (problem.key, problem.line) == ("__use_yte__", 2)
-    assert "run what the file says as code" in problem.reason
+    assert "run values of the file as code" in problem.reason
 
 
 @pytest.mark.parametrize("levels", [5, 12])

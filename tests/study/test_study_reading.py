@@ -110,7 +110,7 @@ def test_a_long_list_is_not_checked_by_pairs() -> None:
     assert not list(broken_rules(Study.model_validate(study), RESERVED))
 
 
-@pytest.mark.parametrize("key", ["fracture.radii", "load_steps", "growth.increments"])
+@pytest.mark.parametrize("key", ["output.every", "growth.increments"])
 def test_equally_spaced_whole_numbers_may_be_counts(key: str, tmp_path: Path) -> None:
     text = STUDY.replace("material.E, linspace: [100e3, 200e3, 2]", f"{key}, linspace: [2, 8, 4]")
     replaced = "replace: {material.g_c: 1, growth: {control: load}}\nproduct:"
@@ -119,6 +119,46 @@ def test_equally_spaced_whole_numbers_may_be_counts(key: str, tmp_path: Path) ->
     found = [getattr(one.scene, first) for one in members]
     found = [getattr(value, second) if second else value for value in found]
     assert found == [2, 4, 6, 8] * 2
+
+
+@pytest.mark.parametrize("key", ["fracture.radii", "load_steps"])
+@pytest.mark.parametrize("kind", ["linspace", "geomspace"])
+def test_a_range_of_counts_or_lengths_is_refused(key: str, kind: str, tmp_path: Path) -> None:
+    """Of the lengths 10, 15, 20 mm the whole numbers would be numbers of domains."""
+    text = STUDY.replace("material.E, linspace: [100e3, 200e3, 2]", f"{key}, {kind}: [10, 20, 3]")
+    with pytest.raises(SceneError) as caught:
+        load_study(write_study(tmp_path, text))
+    (problem,) = caught.value.problems
+    assert (problem.key, problem.line) == ("product.E.key", 5)
+    assert problem.reason == (
+        f"{key} is a count or a list: for counts write them as values, such as [1, 2, 4]; for "
+        f"numbers of the list take {key}[0]"
+    )
+    counts = text.replace(f"{kind}: [10, 20, 3]", "values: [1, 2, 4]")
+    first, _, second = key.partition(".")
+    found = [getattr(one.scene, first) for one in load_study(write_study(tmp_path, counts)).members]
+    assert [getattr(value, second) if second else value for value in found] == [1, 2, 4] * 2
+    entry = text.replace(key, f'"{key}[0]"').replace(
+        "product:", "replace: {load_steps: [1.0], fracture.radii: [1]}\nproduct:"
+    )
+    entry = (
+        entry.replace("load_steps: [1.0], ", "")
+        if second
+        else entry.replace(", fracture.radii: [1]", "")
+    )
+    found = [getattr(one.scene, first) for one in load_study(write_study(tmp_path, entry)).members]
+    lengths = [getattr(value, second) if second else value for value in found]
+    middle = 15.0 if kind == "linspace" else pytest.approx(200**0.5)
+    assert lengths == [[10.0], [middle], [20.0]] * 2
+
+
+def test_draws_of_counts_or_lengths_are_refused(tmp_path: Path) -> None:
+    text = STUDY + (
+        "latin_hypercube:\n  samples: 2\n  parameters:\n"
+        "    R: {key: fracture.radii, distribution: uniform, arguments: {loc: 2, scale: 5}}\n"
+    )
+    with pytest.raises(SceneError, match=r"R\.key: fracture\.radii is a count or a list: for"):
+        load_study(write_study(tmp_path, text))
 
 
 def test_labels(tmp_path: Path) -> None:

@@ -25,6 +25,8 @@ OVER_RADII, NO_J = 0.1, 1e-6
 # energy gap, without a warning.
 J_FROM_G, J_FROM_G_GROWING = 0.03, 0.05
 OPEN_BALANCE = 0.05
+# What `before_arrival` needs of a tip.
+PLACE = ("tip_x", "tip_y", "tip_size", "tip_status")
 
 
 def doubts_of_end(history: xr.Dataset, growth: Growth) -> list[str]:
@@ -117,19 +119,22 @@ def doubts_of_domains(history: xr.Dataset, scene: Scene) -> list[str]:
     """
     if not history.sizes["tip"]:
         return []
-    plastic = bool(history["J_plastic"].notnull().any())
-    J = history["J_radius"] + (history["J_plastic_radius"] if plastic else 0.0)
-    spread = J.max("radius") - J.min("radius")
-    largest = history["J"] + (history["J_plastic"] if plastic else 0.0)
-    felt = NO_J * history["strain_energy"].max() / history["clearance"]
-    far = (spread > OVER_RADII * abs(largest)) & (spread > felt)
+    # xarray's own arithmetic takes longer than the solve of a small scene.
+    plastic = not np.isnan(history["J_plastic"].values).all()
+    J, largest = (
+        history[f"J{of}"].values + (history[f"J_plastic{of}"].values if plastic else 0.0)
+        for of in ("_radius", "")
+    )
+    spread = np.fmax.reduce(J, axis=-1) - np.fmin.reduce(J, axis=-1)
+    h = history["tip_size"].values
+    felt = NO_J * np.fmax.reduce(history["strain_energy"].values) / history["clearance"].values
+    far = (spread > OVER_RADII * np.abs(largest)) & (spread > felt)
     what = "the sum of J and J_plastic" if plastic else "J"
-    unstable = history["unstable_points"].max("step").values > 0.0
+    unstable = np.fmax.reduce(history["unstable_points"].values) > 0.0
     found = []
-    for name in history["tip"].values[far.any("step")]:
-        where = far.sel(tip=name).values
-        size = 100.0 * float((spread / abs(largest)).sel(tip=name).values[where].max())
-        h = float(history["tip_size"].sel(tip=name).values[where].min())
+    for i in np.flatnonzero(far.any(axis=0)):
+        where = far[:, i]
+        size = 100.0 * float(np.max(spread[where, i] / np.abs(largest[where, i])))
         if plastic:
             why = (
                 "plastic loading was not proportional there, as near the tip and in unloading: "
@@ -141,10 +146,10 @@ def doubts_of_domains(history: xr.Dataset, scene: Scene) -> list[str]:
                 "lower loads; material.law: ciarlet stays elliptic"
             )
         else:
-            why = finer_at_tips(scene, 0.5 * h)
+            why = finer_at_tips(scene, 0.5 * float(h[where, i].min()))
         found.append(
-            f"{name}: {in_steps(where)} {what} differs by up to {size:.2g} % between the domain "
-            f"radii, so that J depends on the domain: {why}"
+            f"{history['tip'].values[i]}: {in_steps(where)} {what} differs by up to {size:.2g} % "
+            f"between the domain radii, so that J depends on the domain: {why}"
         )
     return found
 
@@ -169,32 +174,36 @@ def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
     growth = scene.growth
     part = J_FROM_G if growth is None else J_FROM_G_GROWING
     found = []
-    for name in history["tip"].values:
-        tip = history.sel(tip=name)
-        J, G = tip["J"].values, tip["G"].values
+    for i, name in enumerate(history["tip"].values):
+        J, G, K_I, K_II, x, y, h, status = (
+            history[of].values[:, i] for of in ("J", "G", "K_I", "K_II", *PLACE)
+        )
         larger = np.maximum(np.abs(J), np.abs(G))
         error = part * larger
         for of in ("J_spread", "G_spread"):
-            if of in tip:
-                error = error + np.nan_to_num(tip[of].values)
-        counts = before_arrival(tip) if growth is not None else np.ones(len(J), bool)
-        none = (tip["K_I"].values == 0.0) & (tip["K_II"].values == 0.0)
-        if "G_floor" in tip:
-            error = error + np.where(none, np.nan_to_num(tip["G_floor"].values), 0.0)
+            if of in history:
+                error = error + np.nan_to_num(history[of].values[:, i])
+        counts = np.ones(len(J), bool)
+        if growth is not None:
+            counts = before_arrival(x, y, h, status)
+        none = (K_I == 0.0) & (K_II == 0.0)
+        if "G_floor" in history:
+            floor = np.nan_to_num(history["G_floor"].values[:, i])
+            error = error + np.where(none, floor, 0.0)
         alone = none & (np.abs(J) > error) & counts
         if alone.any():
             largest = float(np.abs(J[alone]).max())
-            way = _finer(scene, float(tip["tip_size"].values[alone].min()))
+            way = _finer(scene, float(h[alone].min()))
             found.append(
                 f"{name}: {in_steps(alone)} J is up to {largest:.3g} N/mm, more than its error, "
                 "while K_I and K_II are too small for the stress around the tip and set to 0: the "
                 f"grid is too coarse {way}"
             )
         # Without K, G is J.
-        far = (np.abs(J - G) > error) & np.isfinite(tip["K_I"].values) & counts & ~none
+        far = (np.abs(J - G) > error) & np.isfinite(K_I) & counts & ~none
         if far.any():
             largest = 100.0 * float((np.abs(J - G)[far] / larger[far]).max())
-            way = _finer(scene, float(tip["tip_size"].values[far].min()))
+            way = _finer(scene, float(h[far].min()))
             found.append(
                 f"{name}: {in_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} "
                 "% of the larger one, more than their errors, so that at least one of them is "
@@ -262,10 +271,11 @@ def doubts_of_path(history: xr.Dataset, scene: Scene, growth: Growth) -> list[st
         With the steps. Steps within the last elements before an arrival are ignored.
     """
     found = []
-    for name in history["tip"].values:
-        tip = history.sel(tip=name)
-        h, clearance = tip["tip_size"].values, tip["clearance"].values
-        before = before_arrival(tip)
+    for i, name in enumerate(history["tip"].values):
+        J, K_I, clearance, x, y, h, status = (
+            history[of].values[:, i] for of in ("J", "K_I", "clearance", *PLACE)
+        )
+        before = before_arrival(x, y, h, status)
         close = before & (clearance < LIGAMENT * h)
         if close.any():
             nearest = float(clearance[close].min())
@@ -284,9 +294,8 @@ def doubts_of_path(history: xr.Dataset, scene: Scene, growth: Growth) -> list[st
                 f"has left the refined part of the grid; fracture.refine: {rounded_down(h[0])} "
                 "keeps it refined around the tip"
             )
-        J = tip["J"].values
-        border = np.isfinite(h) & np.isnan(tip["K_I"].values) & np.isfinite(J)
-        if border.any() and np.isfinite(tip["K_I"]).any():
+        border = np.isfinite(h) & np.isnan(K_I) & np.isfinite(J)
+        if border.any() and np.isfinite(K_I).any():
             found.append(
                 f"{name}: {in_steps(border)} the tip lies on the interface of two materials, where "
                 "K_I and K_II are not defined; J is compared with g_c, and the crack grows "
