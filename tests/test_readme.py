@@ -24,6 +24,7 @@ def block(language: str, holding: str) -> str:
     return found
 
 
+@pytest.mark.slow
 def test_a_scene_of_your_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     plt.switch_backend("agg")

@@ -120,6 +120,7 @@ mesh: {element: T3, size: 0.006, grading: uniform}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_command_that_meshes_ends_when_it_is_asked_to(number, tmp_path):
     (tmp_path / "fine.yaml").write_text(FINE)

@@ -73,6 +73,7 @@ def test_a_held_folder_is_let_go(tmp_path: Path) -> None:
     assert names(folder) == set()
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_scene_stays_where_it_is_still_true(tmp_path: Path) -> None:
     """The picture drawn by `check` is kept for the same scene only."""
     scene, folder = tmp_path / "scene.yaml", tmp_path / "result"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -170,3 +171,57 @@ def test_tips_in_a_part_that_carries_nothing_have_no_values(direction) -> None:
     assert not np.abs(last.reaction_y).any()
     said = json.loads(history.attrs["warnings"])
     assert not any("crack_2" in text and "J and G" in text for text in said)
+
+
+def between_two_cracks(load: Any) -> Any:
+    """A plate that the longer crack cuts in two, while the other one has not grown."""
+    scene = {
+        "name": "cut",
+        "geometry": {
+            "outline": [[0, 0], [60, 0], [60, 60], [0, 60]],
+            "cracks": [
+                {"name": "lower", "points": [[0, 20], [25, 20]]},
+                {"name": "upper", "points": [[60, 40], [50, 40]]},
+            ],
+        },
+        "material": {"E": 210e3, "nu": 0.3, "g_c": 2.5},
+        "loads": [
+            {"edge": "edge_3", **load},
+            {"edge": "edge_1", "displacement": {"x": 0, "y": 0}},
+        ],
+        "mesh": {"element": "T3", "size": 4},
+        "growth": {"control": "crack", "increments": 2000, "tips": "largest"},
+    }
+    return scene_from_dict(scene)
+
+
+def statuses(history: Any) -> list[list[str]]:
+    """Of all tips, by step."""
+    names = history.tip_status.attrs["flag_meanings"].split()
+    return [[names[int(value)] for value in step] for step in history.tip_status.values]
+
+
+def test_an_ending_says_which_crack_has_cut_off_what() -> None:
+    """A tip in one of the parts is not counted as arrested."""
+    history = cfmpm.run(between_two_cracks({"traction": [0, 60]})).history
+    assert statuses(history)[-1] == ["arrived_boundary", "severed"]
+    assert "severed" not in {word for step in statuses(history)[:-1] for word in step}
+    found = re.fullmatch(
+        r"severed: the part of the body around \((.*), (.*)\) is severed, and no support holds it "
+        "against the loads; severed by lower",
+        history.attrs["ending"],
+    )
+    assert found is not None
+    x, y = map(float, found.groups())
+    assert 0 < x < 60
+    assert 20 < y < 60
+
+
+def test_tips_in_a_part_that_carries_nothing_stop() -> None:
+    """A body cut in two between its grips: values at remaining tips are round-off."""
+    pulled = between_two_cracks({"displacement": {"x": 0, "y": 0.02}})
+    history = cfmpm.run(pulled).history
+    assert history.attrs["ending"] == "stopped: no tip meets the criterion at any load"
+    assert statuses(history)[-1][0] == "arrived_boundary"
+    # The last state is that of the load of the one before: no load drives what is left.
+    assert history.load_factor.values[-1] == history.load_factor.values[-2] < 1e3

@@ -156,7 +156,7 @@ def test_distance_to_path():
 
 
 def test_every_reference_is_drawn():
-    """However many: markers come again."""
+    """Any number of references: markers repeat."""
     axes = Figure().add_subplot()
     figures._draw_reference(axes, {f"author {k}": np.array([[k, 1.0]]) for k in range(5)})
     assert [line.get_xdata().tolist() for line in axes.lines] == [[k] for k in range(5)]
