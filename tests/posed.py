@@ -45,7 +45,7 @@ def of_scene(scene: Scene) -> BoundaryValueProblem:
 
 
 def unloaded(grid: Grid, prescribed: Any = False) -> Loading:
-    """No loads, and some components of displacement held at zero."""
+    """No loads, and some components of displacement prescribed as zero."""
     shape = grid.nodes.shape
     return Loading(np.zeros(shape, bool) | prescribed, NodalLoads.none(len(grid.nodes)), {})
 
