@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import typing
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Discriminator,
 )
 from pydantic_core import PydanticCustomError, core_schema
 
@@ -58,3 +60,27 @@ class OneOf:
 def list_or_count(value: Any) -> str:
     """Return the tag of a field that is a list or a count: "(list)" or "(count)"."""
     return "(list)" if isinstance(value, list | tuple) else "(count)"
+
+
+def takes_list_or_count(key: Sequence[str | int], model: type[Model]) -> bool:
+    """Whether the field at a key, such as ("fracture", "radii"), takes a list or a count."""
+    models, found = [model], False
+    for part in key:
+        if isinstance(part, int):
+            found = False  # an entry of a list
+            continue
+        fields = [one.model_fields[part] for one in models if part in one.model_fields]
+        found = any(
+            isinstance(mark, Discriminator) and mark.discriminator is list_or_count
+            for field in fields
+            for mark in field.metadata
+        )
+        models = [inner for field in fields for inner in models_in(field.annotation)]
+    return found
+
+
+def models_in(annotation: Any) -> list[type[Model]]:
+    """Return the models in the annotation of a field, such as those of a union or of a list."""
+    if isinstance(annotation, type) and issubclass(annotation, Model):
+        return [annotation]
+    return [model for part in typing.get_args(annotation) for model in models_in(part)]

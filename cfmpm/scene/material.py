@@ -90,8 +90,8 @@ else:
             Literal[tuple(LAWS)],
             Field(
                 "hencky",
-                description="at finite deformation: "
-                + "; ".join(f"{word} {law.description}" for word, law in LAWS.items()),
+                description="law at finite deformation, with the volumetric energy lambda U(J): "
+                + "; ".join(f"{word}: {law.description}" for word, law in LAWS.items()),
             ),
         ),
         **{name: _field(constant) for name, constant in _constants().items()},

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from cfmpm.errors import did_you_mean
-from cfmpm.scene.base import Model
+from cfmpm.scene.base import Model, models_in
 from cfmpm.scene.document import Key, parse_key
 from cfmpm.scene.model import Scene
 
@@ -121,18 +121,12 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _models_in(annotation: Any) -> list[type[Model]]:
-    if isinstance(annotation, type) and issubclass(annotation, Model):
-        return [annotation]
-    return [model for part in typing.get_args(annotation) for model in _models_in(part)]
-
-
 def _kind(model: type[Model]) -> str:
     field = model.model_fields.get("kind")
     return str(typing.get_args(field.annotation)[0]) if field else ""
 
 
-KINDS = [_kind(model) for model in _models_in(Scene.model_fields["family"].annotation)]
+KINDS = [_kind(model) for model in models_in(Scene.model_fields["family"].annotation)]
 
 
 def _model_at(loc: tuple[str | int, ...], model: type[Model]) -> type[Model]:
@@ -141,7 +135,7 @@ def _model_at(loc: tuple[str | int, ...], model: type[Model]) -> type[Model]:
     for part in loc:
         field = models[0].model_fields.get(str(part)) if len(models) == 1 else None
         if field is not None:
-            models = _models_in(field.annotation)
+            models = models_in(field.annotation)
         else:  # an index, or the name of one model of a union
             models = [model for model in models if _kind(model) == part] or models
     return models[0]
