@@ -151,7 +151,8 @@ class Flexibility:
             chosen, of_motions = self._matrix[np.ix_(closed, closed)], parting[closed]
             solved = _closing_force(chosen, np.column_stack([gap[closed], of_motions]))
             left = of_motions.T @ solved
-            moved: Floats = -np.linalg.lstsq(left[:, 1:], left[:, 0], rcond=UNDETERMINED)[0]
+            found = np.linalg.lstsq(left[:, 1:], left[:, 0], rcond=UNDETERMINED)[0]
+            moved = -np.asarray(found, float)
             force = np.zeros(len(gap))
             force[closed] = solved[:, 0] + solved[:, 1:] @ moved
             opening = gap + self._matrix @ force + parting @ moved
