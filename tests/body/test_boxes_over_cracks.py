@@ -1,4 +1,4 @@
-"""A support in a box that contains a crack holds the boundary there, and neither crack face."""
+"""A support in a box that contains a crack acts on the boundary, and on neither crack face."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The complementarity problem of closed crack faces: what ends it, and what has no answer."""
+"""The complementarity problem of closed crack faces: convergence, and unsolvable cases."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cfmpm.linear.solvers import Solution
 
 
 class Flexibility:
-    """A body by the openings that unit forces of its pairs make."""
+    """A body, given by the openings due to unit contact forces."""
 
     def __init__(self, matrix):
         self.matrix = np.array(matrix, float)
@@ -64,20 +64,20 @@ def test_pairs_that_go_round_change_one_at_a_time(matrix, gap):
 
 @pytest.mark.parametrize("last", [1.0, 1.0 + 2.0**-51, 0.5], ids=["zero", "noise", "negative"])
 def test_pairs_that_depend_on_each_other_have_no_answer(last):
-    """As the pivot that is left for the second pair tells."""
+    """The pivot of the second pair is zero, round-off or negative."""
     with pytest.raises(SolveError, match="2 pairs of nodes cannot all be closed"):
         pressed([[1.0, 1.0], [1.0, last]], [-1.0, -2.0])
 
 
 def test_faces_that_only_touch_are_not_pressed():
-    """Overlap within the slack stays; beyond it a pair is closed in full."""
+    """An overlap within the tolerance is accepted; a larger one closes the pair."""
     force, opening = pressed(np.diag([2.0, 2.0]), [-1e-3, -3e-3], slack=2e-3)
     np.testing.assert_allclose(force, [0.0, 1.5e-3])
     np.testing.assert_allclose(opening, [-1e-3, 0.0], atol=1e-18)
 
 
 def test_what_a_neighbour_opens_does_not_pull():
-    """Alone both would close; the force of the first opens the second, which then has none."""
+    """Each pair alone closes; the force of the first opens the second, whose force is then zero."""
     flexibility = np.array([[2.0, 1.9], [1.9, 2.0]])
     force, opening = pressed(flexibility, [-2.0, -1.0])
     np.testing.assert_allclose(force, [1.0, 0.0])
@@ -86,7 +86,7 @@ def test_what_a_neighbour_opens_does_not_pull():
 
 
 def test_what_a_neighbour_closes_is_pressed():
-    """Open at first, overlapping as the other one is pressed apart."""
+    """A pair that is open at first overlaps once the other one is closed."""
     flexibility = np.array([[2.0, -1.5], [-1.5, 2.0]])
     force, opening = pressed(flexibility, [-2.0, 1.0])
     assert (force > 0.0).all()
@@ -97,7 +97,7 @@ def test_what_a_neighbour_closes_is_pressed():
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
 def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
-    """With patience 0 pairs soon change one at a time, which ends on any such matrix (Murty)."""
+    """With patience 0 pairs change one at a time, which ends for any such matrix (Murty)."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(n, n))
     K = root @ root.T + 1e-3 * np.eye(n)
@@ -112,3 +112,50 @@ def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     assert (force >= 0).all()
     assert opening.min() > -1e-9 * max(1.0, np.abs(force).max() * np.linalg.norm(np.linalg.inv(K)))
     assert np.abs(opening[force > 0]).max(initial=0.0) < 1e-9 * np.linalg.cond(K)
+
+
+@pytest.mark.parametrize("soft", [1e4, 1e9])
+def test_soft_springs_are_no_reason_to_overlap(soft: float) -> None:
+    """What they yield to is a difference of large numbers, which is not taken for an overlap."""
+    rng = np.random.default_rng(3)
+    n, m = 40, 3
+    part = rng.normal(size=(n, n)) / np.sqrt(n)
+    flexibility = part @ part.T + 0.1 * np.eye(n)
+    parting, gap = rng.normal(size=(n, m)), rng.normal(size=n)
+    body = Flexibility(flexibility)
+    pairs = complementarity.Flexibility(csc_array(eye_array(n)), body)
+    springs = np.sqrt(soft) * parting
+    force = pairs.complementary_force(gap, 1e-12, springs)
+    # Open pairs that touch just so, as behind a part that has moved.
+    gap[force == 0.0] -= (gap + (flexibility + springs @ springs.T) @ force)[force == 0.0]
+    again = pairs.complementary_force(gap, 1e-12, springs)
+    assert again.min() >= 0.0
+    np.testing.assert_allclose(again, force, atol=1e-12 * soft * force.max())
+
+
+def test_motions_that_nothing_resists_are_found_with_the_forces() -> None:
+    """No resultant on a motion, no overlap, no tension, no force on an open pair."""
+    rng = np.random.default_rng(5)
+    n, m = 40, 3
+    part = rng.normal(size=(n, n)) / np.sqrt(n)
+    flexibility = part @ part.T + 0.1 * np.eye(n)
+    parting, gap = rng.normal(size=(n, m)), rng.normal(size=n)
+    body = Flexibility(flexibility)
+    pairs = complementarity.Flexibility(csc_array(eye_array(n)), body)
+    soft = pairs.complementary_force(gap, 1e-12, 1e2 * parting)
+    found = pairs.force_beside_motions(gap, 1e-12, parting, soft > 0.0)
+    assert found is not None
+    force, moved = found
+    opening = gap + flexibility @ force + parting @ moved
+    scale = np.abs(force).max()
+    assert force.min() >= 0.0
+    assert force.max() > 0.0
+    assert opening.min() > -1e-11
+    assert np.abs(parting.T @ force).max() < 1e-11 * scale
+    assert np.abs(opening * force).max() < 1e-11 * scale
+
+
+def test_no_closed_pairs_determine_no_motion() -> None:
+    pairs = complementarity.Flexibility(csc_array(eye_array(2)), Flexibility(np.eye(2)))
+    nothing = np.zeros(2, bool)
+    assert pairs.force_beside_motions(np.array([1.0, -1.0]), 0.0, np.eye(2), nothing) is None

@@ -1,4 +1,4 @@
-"""Mesh files obey the rules of a geometry; tangled meshes are refused."""
+"""Rules of a geometry apply to mesh files; invalid meshes are refused."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ CRACKS = {
 
 
 def usable(square: Square) -> Square:
-    """Turn the diagonals that the cracks above run along."""
+    """Flip the diagonals of the cells along the cracks above."""
     for x, y in ((1, 0),):
         old = [
             (node(x, y), node(x + 1, y), node(x + 1, y + 1)),
@@ -157,7 +157,7 @@ def test_further_rules_of_a_geometry(tmp_path):
 
 
 def test_warnings_do_not_advise_keys_that_a_file_has_no_use_for(tmp_path):
-    """A coarse crack, and a slot whose sides meet in a sharp root."""
+    """A coarse grid at a crack, and a slot with a sharp root."""
     square = cracked(a=[(0, 4), (1, 4)])
     for new in square.open_above([(x, 6) for x in range(4)]).values():
         x, y = square.nodes[new]
@@ -203,7 +203,7 @@ def test_tangled_meshes_are_refused(tmp_path, moved, to):
 
 
 def test_a_body_that_lies_over_itself_is_refused(tmp_path):
-    """Triangles are anticlockwise, and neighbours side by side: a strip that runs round twice."""
+    """A strip that runs around twice: every triangle is valid, but the body overlaps itself."""
     square = Square()
     square.nodes = [
         (float((5 + y) * np.cos(1.2 * x)), float((5 + y) * np.sin(1.2 * x)))
@@ -217,7 +217,7 @@ def test_a_body_that_lies_over_itself_is_refused(tmp_path):
 
 
 def test_surfaces_that_meet_without_common_nodes_are_refused(tmp_path):
-    """They share the ends of their border, and have other nodes along it."""
+    """They share the ends of their border, but not the nodes along it."""
     square = Square()
     own = square.open_above([(x, HALF) for x in range(1, N)])
     for new in own.values():
@@ -229,7 +229,7 @@ def test_surfaces_that_meet_without_common_nodes_are_refused(tmp_path):
 
 
 def test_an_outline_that_touches_itself_is_refused(tmp_path):
-    """A strip bent to a ring whose ends lie on each other, in other nodes."""
+    """A strip bent to a ring whose ends coincide but have separate nodes."""
     square = Square()
     square.nodes = []
     for y in range(N + 1):
@@ -245,7 +245,7 @@ def test_an_outline_that_touches_itself_is_refused(tmp_path):
 
 
 def test_cracks_from_a_hole_to_the_outline(tmp_path):
-    """One opens the hole, two cut the body."""
+    """One crack opens the hole, two cut the body in two."""
     square = cracked(left=[(0, 4), (3, 4)], right=[(4, 4), (N, 4)])
     square.triangles = [
         t

@@ -1,4 +1,4 @@
-"""A box of a load that holds a little of a crack is told, and ending it at the boundary helps."""
+"""A box that contains a part of a crack gives a warning; ending it at the boundary helps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cfmpm.scene import scene_from_dict
 
 
 def warnings(right: float) -> list[str]:
-    """Of a plate whose left side is pulled in a box that ends at some x."""
+    """Warnings for a plate whose left side is loaded in a box that ends at a given x."""
     scene: dict[str, Any] = {
         "name": "plate",
         "geometry": {

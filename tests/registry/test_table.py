@@ -1,4 +1,4 @@
-"""Tables of words: what is in them, and how others add to them."""
+"""Tables of words: their contents, and additions by others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every key of a scene and of a study takes values of its own kind alone, as its schema says."""
+"""Every key of a scene and of a study accepts only values of its type, as in the schema."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ OF_KIND = ("must be a number", "whole number", "must be text", "true or false; g
 
 
 def leaves(part: dict[str, Any], names: dict[str, Any], way: Way) -> Iterator[tuple[Way, Way]]:
-    """Every key that takes a single value: where it is, and the kinds that it takes."""
+    """Every key with a single value: its place, and the types that it accepts."""
     options = [
         names[one["$ref"].rpartition("/")[2]] if "$ref" in one else one
         for one in part.get("anyOf", part.get("oneOf", [part]))
@@ -74,7 +74,7 @@ def leaves(part: dict[str, Any], names: dict[str, Any], way: Way) -> Iterator[tu
 
 
 def found(model: type[Model]) -> dict[Way, Way]:
-    """The keys of a model with the kinds that each takes."""
+    """The keys of a model with the types that each accepts."""
     whole = schema(model)
     return dict(leaves({**whole, "type": "object"}, whole.get("$defs", {}), ()))
 
@@ -84,17 +84,17 @@ CASES = [(model, way) for model, keys in KEYS.items() for way in keys]
 
 
 def as_written(way: Way) -> str:
-    """The dotted key of a place."""
+    """Return the dotted key of a place."""
     return dotted(tuple(k[0] if isinstance(k, tuple) else k.rpartition(":")[2] for k in way))
 
 
 def as_text(part: type[Model] | Way) -> str:
-    """How a case is called."""
+    """Name of a test case."""
     return as_written(part) if isinstance(part, tuple) else part.__name__
 
 
 def with_value(way: Way, value: Any) -> Any:
-    """Data with the value at a place, and of the rest no more than leads there."""
+    """Data with the value at a place and no other keys."""
     if not way:
         return value
     head, inner = way[0], with_value(way[1:], value)
@@ -105,7 +105,7 @@ def with_value(way: Way, value: Any) -> Any:
 
 
 def reasons(model: type[Model], way: Way, value: Any) -> dict[str, str]:
-    """What is wrong at the place of the value, and beneath it."""
+    """Problems at the place of the value and below it."""
     data = with_value(way, value)
     at = as_written(way)
     try:

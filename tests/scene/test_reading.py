@@ -1,4 +1,4 @@
-"""From text to a scene: types, words of refusal, overrides, and the way back."""
+"""Reading of scenes: types, messages, overrides, and plain data of a scene."""
 
 from __future__ import annotations
 
@@ -271,7 +271,7 @@ def test_numbers_of_other_libraries(number: object) -> None:
 
 
 def test_a_decimal_comma_is_recognised(tmp_path: Path) -> None:
-    """In a flow mapping the comma makes two keys of it, in a block mapping a text."""
+    """In a flow mapping the comma separates two keys, in a block mapping it is text."""
     path = tmp_path / "scene.yaml"
     path.write_text(f"name: x\nfamily: {{{SINGLE}}}\nmaterial: {{E: 210.000,5, nu: 0.3}}\n")
     with pytest.raises(SceneError, match=r"material\.5: unknown key 5; write .* as in 1\.5"):

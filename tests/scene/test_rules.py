@@ -1,4 +1,4 @@
-"""Sizes, counts, radii and mesh files that are refused."""
+"""Refused sizes, counts, radii and mesh files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outlines, holes and regions that are refused, and some that are not."""
+"""Refused and accepted outlines, holes and regions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cracks that are refused, and some that are not."""
+"""Refused and accepted cracks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lines side by side: refused in one line, or known to need a bounded grid."""
+"""Narrow gaps between lines: refused with one message, or meshed with a bounded grid."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def region(*polygon: Any, name: str = "r") -> dict[str, Any]:
 
 
 def upper(y: float, right: float | None = None) -> dict[str, Any]:
-    """What lies above a line."""
+    """The region above a horizontal line."""
     return region([0, y], [10, y if right is None else right], [10, 10], [0, 10])
 
 

@@ -1,4 +1,4 @@
-"""Loads that are refused, and some that are not."""
+"""Refused and accepted loads."""
 
 from __future__ import annotations
 

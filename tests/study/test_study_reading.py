@@ -1,4 +1,4 @@
-"""From a study file to its members, and how a bad one is refused."""
+"""Reading of study files, and messages for invalid ones."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_equally_spaced_whole_numbers_may_be_counts(key: str, tmp_path: Path) ->
 @pytest.mark.parametrize("key", ["fracture.radii", "load_steps"])
 @pytest.mark.parametrize("kind", ["linspace", "geomspace"])
 def test_a_range_of_counts_or_lengths_is_refused(key: str, kind: str, tmp_path: Path) -> None:
-    """Of the lengths 10, 15, 20 mm the whole numbers would be numbers of domains."""
+    """Lengths such as 10, 15, 20 mm would be read as numbers of domains."""
     text = STUDY.replace("material.E, linspace: [100e3, 200e3, 2]", f"{key}, {kind}: [10, 20, 3]")
     with pytest.raises(SceneError) as caught:
         load_study(write_study(tmp_path, text))
@@ -333,7 +333,7 @@ def test_a_bad_member_is_named_with_file_line_and_key(tmp_path: Path) -> None:
 
 
 def test_mistakes_that_differ_in_their_numbers_are_told_once(tmp_path: Path) -> None:
-    """As by a distribution that reaches below zero."""
+    """Example: a distribution with values below zero."""
     told, _ = refused(tmp_path, STUDY.replace("[2, 4]", "[2, -3, -4.5e-3]"))
     assert told.key == "in 4 members, such as length=-3, E=100000: family.crack_length"
     assert told.reason.endswith("got -3")
@@ -368,7 +368,7 @@ def test_few_of_many_problems_are_told(tmp_path: Path) -> None:
 
 
 def test_a_part_of_a_list_is_told_at_its_parameter(tmp_path: Path) -> None:
-    """The rule is about the whole crack, whose other values stand in the base."""
+    """The rule concerns the whole crack, whose other values are in the base."""
     text = (
         FAILING.split("product:")[0]
         + 'product:\n  end: {key: "geometry.cracks[0].points[1][0]", values: [4, 14]}\n'

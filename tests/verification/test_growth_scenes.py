@@ -1,4 +1,4 @@
-"""Whatever the scene: loads balance reactions, no energy appears, G >= 0, faces do not overlap."""
+"""Random scenes: equilibrium, no energy gain, G >= 0, no overlap of crack faces."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from growth_scenes import violations
 
 from cfmpm.equilibrium import contact
 
-# A share of what `python tests/verification/growth_scenes.py 500` runs.
-SEEDS = range(30)
+# A share of what `python tests/verification/growth_scenes.py 500` runs; and a scene with two free
+# parts, whose contact was lost in the round-off of soft springs.
+SEEDS = (*range(30), 228)
 # Scenes in which a crack cuts off a part that presses on the rest.
 PINNED = (306, 314, 334, 353, 404)
 
@@ -22,7 +23,7 @@ def test_a_random_scene_violates_nothing(seed: int) -> None:
 
 
 def test_a_part_that_is_pinned_in_space_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As the holds of a part that is cut off would be if contact could press on them."""
+    """Check of the check: a free part with a support force is reported."""
 
     def pinned(gap, slack, push, parting, factor):
         pressed = contact.Flexibility(push, factor).complementary_force(gap, slack)
