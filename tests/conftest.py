@@ -1,4 +1,4 @@
-"""What holds for all tests."""
+"""Configuration of all tests."""
 
 from __future__ import annotations
 
@@ -22,6 +22,19 @@ settings.register_profile(
 )
 settings.register_profile("search", settings.get_profile("same"), derandomize=False)
 settings.load_profile("same")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Do not even import the folders of other groups, for it takes seconds."""
+    if collection_path.parent != Path(__file__).parent or not collection_path.is_dir():
+        return None
+    folder = collection_path.name
+    others = {
+        "unit": folder in PHYSICS + WORKFLOWS,
+        "physics": folder not in PHYSICS,
+        "workflows": folder in PHYSICS,
+    }
+    return others.get(config.option.markexpr) or None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

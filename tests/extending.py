@@ -1,4 +1,4 @@
-"""The page that shows how to add to the program: its code, section by section."""
+"""Code blocks of docs/extending.md by section."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ def section(title: str) -> str:
 
 
 def blocks(text: str, language: str) -> list[str]:
-    """The blocks of code in a text, without the indentation of the list they stand in."""
+    """The code blocks of a text, without the indentation of their list."""
     found = re.findall(rf"^( *)```{language}\n(.*?)^\1```$", text, re.MULTILINE | re.DOTALL)
     return [re.sub(f"^{indent}", "", block, flags=re.MULTILINE) for indent, block in found]
 
 
 def new_files(text: str) -> dict[str, str]:
-    """The files that a text adds, by the path that their first line names."""
+    """The files that a text adds, by the path in their first line."""
     found = [*blocks(text, "python"), *blocks(text, "yaml")]
     return {block.split("\n", 1)[0].removeprefix("# "): block.split("\n", 1)[1] for block in found}

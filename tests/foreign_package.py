@@ -1,4 +1,4 @@
-"""A package by somebody else, put where Python finds it."""
+"""Installation of a package of another author for tests."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def install(folder: Path, files: Mapping[str, str], entry_points: str) -> None:
-    """Write the files of a package into a folder, with what its wheel would tell about it."""
+    """Write the files of a package into a folder, with the metadata of a wheel."""
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, "utf-8")
@@ -21,7 +21,7 @@ def install(folder: Path, files: Mapping[str, str], entry_points: str) -> None:
 
 
 def run(folder: Path, code: str) -> None:
-    """Run code in a process that finds the packages in a folder, and let it succeed."""
+    """Run code in a process that can import from a folder; it must succeed."""
     path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
     done = subprocess.run(
         [sys.executable, "-c", code],

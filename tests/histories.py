@@ -6,7 +6,7 @@ import xarray as xr
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:
-    """Compare two histories to the last bit, but for what no two runs share."""
+    """Compare two histories bit by bit, without times and versions."""
     for name in ("history", "date_created"):
         one.attrs.pop(name), other.attrs.pop(name)
     xr.testing.assert_identical(one.drop_vars("wall_time"), other.drop_vars("wall_time"))

@@ -1,7 +1,7 @@
-"""Hostile input at random: scenes, study files and damaged results, by fixed seeds.
+"""Random invalid input: scenes, study files and damaged results, with fixed seeds.
 
-As a script it runs all that it is asked for, each kind in processes of its own, and counts what
-must not be:
+As a script it runs the given number of cases in child processes, and counts violations of what
+is required:
 
     python tests/hostile.py scenes 10000
     python tests/hostile.py studies 1000
@@ -96,18 +96,18 @@ TEXTS = [
 
 
 def say(text: str) -> None:
-    """Say something in the midst of cases, whose output is caught."""
+    """Print while the output of cases is captured."""
     sys.__stdout__.write(f"{text}\n")  # type: ignore[union-attr]
     sys.__stdout__.flush()  # type: ignore[union-attr]
 
 
 class TooLongError(BaseException):
-    """A case takes more processor time than any may."""
+    """A case takes more CPU time than allowed."""
 
 
 @contextmanager
 def limited() -> Iterator[None]:
-    """End a case that takes too long, if Python still has a say in it."""
+    """End a case that takes too long, if Python code is running."""
 
     def stop(number: int, frame: object) -> None:
         raise TooLongError
@@ -121,7 +121,7 @@ def limited() -> Iterator[None]:
 
 
 def places(data: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Every place in plain data."""
+    """Every key of nested plain data."""
     if isinstance(data, dict | list):
         for key, value in data.items() if isinstance(data, dict) else enumerate(data):
             yield (*at, key)
@@ -129,12 +129,12 @@ def places(data: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def odd(rng: random.Random) -> Any:
-    """A value that may stand anywhere, and hardly ever fits."""
+    """A random value, which is rarely valid."""
     return copy.deepcopy(rng.choice(ODD))
 
 
 def spoiled(data: Any, rng: random.Random) -> Any:
-    """A copy of plain data with a few values, keys or lists that nobody expects."""
+    """A copy of plain data with a few unexpected values, keys or lists."""
     data = copy.deepcopy(data)
     for _ in range(rng.choice([1, 1, 2, 3, 6])):
         there = list(places(data))
@@ -172,7 +172,7 @@ def spoiled(data: Any, rng: random.Random) -> Any:
 
 
 def as_yaml(data: Any, rng: random.Random) -> bytes:
-    """A file of it, which now and then is damaged too."""
+    """The data as a YAML file, which sometimes is damaged too."""
     content = json.dumps(data).encode()
     if rng.random() < 0.1:
         return damaged(content, rng)
@@ -180,7 +180,7 @@ def as_yaml(data: Any, rng: random.Random) -> bytes:
 
 
 def damaged(content: bytes, rng: random.Random) -> bytes:
-    """Bytes that have been changed, lost, or put in twice."""
+    """Bytes changed, removed or repeated."""
     kind, size = rng.randrange(6), len(content)
     if kind == 0:
         return content[: rng.randrange(size + 1)]
@@ -211,7 +211,7 @@ def bases(folder: Path) -> list[Any]:
 
 
 def scenes(folder: Path) -> Callable[[random.Random], None]:
-    """Read a hostile scene."""
+    """Read a random invalid scene."""
     from cfmpm.scene import load_scene
 
     sources = bases(ROOT / "configs" / "examples") + bases(ROOT / "configs" / "paper")
@@ -229,7 +229,7 @@ def scenes(folder: Path) -> Callable[[random.Random], None]:
 
 
 def studies(folder: Path) -> Callable[[random.Random], None]:
-    """Read a hostile study file."""
+    """Read a random invalid study file."""
     from cfmpm.study.reading import load_study
 
     for part in ("examples", "paper"):
@@ -260,7 +260,7 @@ FILES = ("history.nc", "fields.nc", "fields_index.nc", "fields_0002.nc", "checkp
 
 
 def results(folder: Path) -> Callable[[random.Random], None]:
-    """Call a command on a result with a damaged file, and see that nothing else was touched."""
+    """Call a command on a result with a damaged file; other files must not change."""
     from typer.testing import CliRunner
 
     from cfmpm import simulation
@@ -311,7 +311,7 @@ def results(folder: Path) -> Callable[[random.Random], None]:
 
 
 def listed(around: Path, result: Path) -> dict[str, Any]:
-    """All that is around a result, with what is in it."""
+    """All files around a result with their contents."""
     return {
         str(path): path.read_bytes() if path.is_file() else None
         for path in sorted(around.rglob("*"))
@@ -320,7 +320,7 @@ def listed(around: Path, result: Path) -> dict[str, Any]:
 
 
 def spoil(result: Path, rng: random.Random) -> None:
-    """Damage a file of a result, or craft it."""
+    """Damage a file of a result at random, or with a valid format."""
     there = [name for name in FILES if (result / name).exists()]
     path = result / rng.choice(there)
     kind = rng.randrange(10)
@@ -348,7 +348,7 @@ def spoil(result: Path, rng: random.Random) -> None:
 
 
 def craft_dataset(path: Path, rng: random.Random) -> None:
-    """Change names, values and attributes of a dataset, so that it is sound as a file."""
+    """Change names, values and attributes of a dataset in a valid netCDF file."""
     import xarray as xr
 
     dataset = xr.load_dataset(path, engine="netcdf4")
@@ -394,7 +394,7 @@ def craft_dataset(path: Path, rng: random.Random) -> None:
 
 
 def craft_arrays(path: Path, rng: random.Random) -> None:
-    """Change arrays and texts of a checkpoint, so that it is sound as a file."""
+    """Change arrays and texts of a checkpoint in a valid file."""
     with np.load(path) as file:
         arrays = dict(file)
     for _ in range(rng.choice([1, 1, 2])):
@@ -427,7 +427,7 @@ KINDS = {"scenes": scenes, "studies": studies, "results": results}
 
 
 def violations(kind: str, cases: range) -> Counter[str]:
-    """Run cases of a kind in this process; count what must not be.
+    """Run cases of a kind in this process; count the violations.
 
     Parameters
     ----------

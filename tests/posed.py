@@ -19,7 +19,7 @@ from cfmpm.scene import Scene
 
 
 def elastic(lam: float, mu: float) -> Materials:
-    """One linear elastic region of Lame's constants."""
+    """One linear elastic region with given Lame constants."""
     E, nu = mu * (3.0 * lam + 2.0 * mu) / (lam + mu), 0.5 * lam / (lam + mu)
     return material_table([{"E": E, "nu": nu}], "strain")
 
@@ -31,7 +31,7 @@ def pose(
     points: MaterialPoints | None = None,
     **options: Any,
 ) -> BoundaryValueProblem:
-    """The problem of a body, on points just seeded or on given ones."""
+    """The boundary value problem of a body, on new or given points."""
     points = seed(grid) if points is None else points
     gradients = grid.basis_gradients(points.element, points.position)
     options = {"solver": "superlu", **options}
@@ -39,13 +39,13 @@ def pose(
 
 
 def of_scene(scene: Scene) -> BoundaryValueProblem:
-    """The problem of a scene at finite deformation, for loads of one's own."""
+    """The problem of a scene at finite deformation, with given loads."""
     problem = mechanics.problem_of(*mechanics.locate(build.build(scene)))
     return replace(problem, solver="superlu")
 
 
 def unloaded(grid: Grid, prescribed: Any = False) -> Loading:
-    """No loads, and some components of displacement held at zero."""
+    """No loads, and some components of displacement prescribed as zero."""
     shape = grid.nodes.shape
     return Loading(np.zeros(shape, bool) | prescribed, NodalLoads.none(len(grid.nodes)), {})
 

@@ -1,8 +1,8 @@
-"""How large an error round-off explains: eps, amplified by the condition of what is computed.
+"""Bounds on round-off errors: eps, amplified by the condition number of the computation.
 
 Each function returns a bound that holds on any processor, with any BLAS and in any order of sums.
 Errors were measured with the kernels of OpenBLAS for Haswell, Zen and SkylakeX: with few
-exceptions, of a handful of operations, they are below 3 % of it.
+exceptions, with few operations, they are below 3 % of it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ROUNDINGS = 8.0
 
 
 def of_sum(terms: Floats, axis: int | tuple[int, ...] | None = None) -> Floats:
-    """Return the error of a sum whose terms are themselves right to some roundings.
+    """Return the error of a sum whose terms have errors of a few roundings.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def of_sum(terms: Floats, axis: int | tuple[int, ...] | None = None) -> Floats:
     Returns
     -------
     array
-        8 eps sum |terms|: absolute.
+        Absolute error, 8 eps sum |terms|.
     """
     return ROUNDINGS * EPS * np.abs(terms).sum(axis=axis)
 
@@ -49,13 +49,13 @@ def of_solution(matrix: csr_array | csc_array, solution: Floats) -> float:
     matrix : (n, n) sparse array
         K, symmetric.
     solution : array
-        u, or more of the same kind.
+        u, or another vector of the same unit.
 
     Returns
     -------
     float
-        8 eps |K| |K^-1| |u|: absolute. The condition number is estimated (Higham and Tisseur 2000),
-        seldom too small by more than a factor of 3.
+        Absolute, 8 eps |K| |K^-1| |u|. The condition number is estimated (Higham and Tisseur 2000),
+        rarely too small by more than a factor of 3.
     """
     factor = splu(csc_array(matrix))
     inverse = LinearOperator(matrix.shape, matvec=factor.solve, rmatvec=factor.solve, dtype=float)
@@ -70,23 +70,23 @@ def stiffest(E: float, nu: float) -> float:
 
 @dataclass(frozen=True)
 class LinearBody:
-    """What the sums over a body at small strain come to before their terms cancel.
+    """Round-off of sums over a body at small strain, in which terms cancel.
 
-    Of a displacement u they take differences over triangles, much smaller than u where these are
-    small; near incompressibility the pressure takes the differences of those, times a modulus that
+    Strains are differences of the displacement u over triangles, much smaller than u if these are
+    small. Near incompressibility the pressure is a difference of strains times a modulus that
     grows as 1 / (1 - 2 nu).
 
     Attributes
     ----------
     grid : Grid
     points : MaterialPoints
-        What is summed over.
+        Points of the sums.
     gradients : (p, k, 2) float
-        Basis gradients there [1/mm].
+        Gradients of the basis functions at the points [1/mm].
     displacement : (n, 2) float
         [mm].
     modulus : float
-        The largest one, `stiffest` [MPa].
+        The largest modulus, `stiffest` [MPa].
     """
 
     grid: Grid
@@ -97,7 +97,7 @@ class LinearBody:
 
     @classmethod
     def of(cls, state: State, modulus: float) -> Self:
-        """What a run has left."""
+        """Make it from the result of a run."""
         grid, points = state.grid, state.body.integration
         gradients = grid.basis_gradients(points.element, points.position)
         return cls(grid, points, gradients, state.displacement, modulus)
@@ -115,14 +115,14 @@ class LinearBody:
 
     @property
     def of_energy(self) -> float:
-        """Error of the strain energy, and of work that is equal to it [N]."""
+        """Error of the strain energy, and of the work equal to it [N]."""
         return float(0.5 * np.sum(np.abs(self.displacement) * self.of_force))
 
     @property
     def of_stress(self) -> float:
         """Error of the stress of a solution [MPa].
 
-        What the nodal forces leave unbalanced, all of it carried through one triangle.
+        The error of the nodal forces, carried by a single triangle.
         """
         corners = self.grid.nodes[self.grid.triangles]
         sides = np.hypot(*(corners - np.roll(corners, 1, axis=1)).transpose(2, 0, 1))

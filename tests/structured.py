@@ -1,4 +1,4 @@
-"""Small triangulations made by hand, so that tests of the kernels need no mesh generator."""
+"""Small structured triangulations for tests without a mesh generator."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def rectangle(
 ) -> Triangulation:
     """Rectangle of nx by ny cells of two triangles, corner at the origin.
 
-    `shake` moves inner nodes off the crack by up to half that part of a cell (below 0.5 no
-    triangle can turn over); `crack` is (row, first column,
+    `shake` moves inner nodes off the crack by up to half this fraction of a cell (below 0.5 no
+    triangle is inverted); `crack` is (row, first column,
     last column) of a horizontal crack line of grid nodes.
     """
     rng = np.random.default_rng(seed)

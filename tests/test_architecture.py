@@ -1,4 +1,4 @@
-"""The house: imports run one way, no circles, modules and functions of a size that can be read."""
+"""Architecture: layered imports without cycles, size of modules and functions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def functions_of(path: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]
 
 
 def test_imports_run_one_way() -> None:
-    """The contracts of pyproject.toml: layers, no circles."""
+    """The contracts of pyproject.toml: layers, no cycles."""
     linter = Path(sys.executable).with_name("lint-imports")
     done = subprocess.run(
         [linter, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False
@@ -47,7 +47,7 @@ def test_the_documented_layers_are_those_of_the_contract() -> None:
 
 
 def test_a_circle_is_found(tmp_path: Path) -> None:
-    """The linter would tell: two modules that import each other break a contract."""
+    """Two modules that import each other break a contract."""
     package = tmp_path / "ring"
     package.mkdir()
     (package / "__init__.py").touch()

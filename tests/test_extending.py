@@ -1,4 +1,4 @@
-"""The walks of docs/extending.md, each gone on a copy of the repository."""
+"""The examples of docs/extending.md, each applied to a copy of the repository."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ UP_TO_DATE = (
 
 
 def change(folder: Path, block: str) -> None:
-    """Change a file as a block says; each of its parts fits one place."""
+    """Apply a diff block to a file; each part must match exactly once."""
     name, *parts = block.split("\n@@\n")
     path = folder / name.removeprefix("--- ")
     text = path.read_text("utf-8")
@@ -128,7 +128,7 @@ def call(folder: Path, command: str | list[str], *, shell: bool = False) -> None
 
 @pytest.mark.parametrize("title", WALKS)
 def test_walk(title: str, tmp_path: Path) -> None:
-    """What is new works, and the tests that the page names pass."""
+    """The addition works, and the tests named on the page pass."""
     for name in ("cfmpm", "configs", "docs", "tests"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", tmp_path)

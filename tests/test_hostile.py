@@ -1,4 +1,4 @@
-"""Hostile input: a tenth of what `tests/hostile.py` tries as a script."""
+"""Random invalid input: a tenth of the cases of the script `tests/hostile.py`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which kinematics a scene gets, and what that leaves out."""
+"""Choice of the kinematics, and its error."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class TestAuto:
         assert small.attrs["kinematics"].startswith("small strain")
 
     def test_says_where_k_is_lost_and_what_brings_it_back(self):
-        """Strain is as large as that only in gels; the advice is what gives K."""
+        """Such strains occur only in gels; the recommended action gives K."""
         history = cfmpm.run(pulled(3000)).history
         assert np.isnan(history.K_I.values).all()
         (text,) = (t for t in json.loads(history.warnings) if "K_I, K_II and T" in t)

@@ -1,4 +1,4 @@
-"""What a result is said not to depend on, nothing that makes it imports."""
+"""Modules that are excluded from the version of a result are not imported by its computation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cfmpm.program import APART, program_files
 
 
 def imported(path: Path) -> set[str]:
-    """All that a file imports, also within its functions."""
+    """All imports of a file, also inside functions."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):

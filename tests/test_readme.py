@@ -1,4 +1,4 @@
-"""What the README shows works as it stands there."""
+"""The examples of the README work as printed."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ README = (ROOT / "README.md").read_text("utf-8")
 
 
 def block(language: str, holding: str) -> str:
-    """The code block in which some text stands."""
+    """The code block that contains a text."""
     blocks = re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
     (found,) = (text for text in blocks if holding in text)
     return found
 
 
+@pytest.mark.slow
 def test_a_scene_of_your_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     plt.switch_backend("agg")

@@ -112,7 +112,7 @@ def test_one_radius_gives_the_values_of_the_largest_of_three():
 
 
 def error_of_stress(result, modulus):
-    """What round-off explains [MPa]."""
+    """Bound on the round-off of the stress [MPa]."""
     return round_off.LinearBody.of(result, modulus).of_stress
 
 
@@ -146,7 +146,7 @@ def test_a_body_without_a_crack_runs_too():
 
 
 def test_a_body_that_nothing_holds_is_pulled_apart_about_its_middle():
-    """Uniform tension: the ends of the plate move by half its elongation each."""
+    """Uniform tension without supports: each end moves by half of the elongation."""
     geometry = {
         "outline": [
             {"at": [0, 0], "edge": "bottom"},
@@ -259,7 +259,7 @@ def test_import_is_light():
 
 
 def test_a_contrast_of_stiffness_is_solved_to_its_round_off():
-    """A hard inclusion: harder still changes nothing, and the floor of the residual is stated."""
+    """Hard inclusion: an even harder one gives the same result; the residual is stated."""
     found, floor = [], []
     for factor in (1e5, 1e7):
         history = cfmpm.run(

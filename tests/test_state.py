@@ -1,4 +1,4 @@
-"""A state that was observed is that of its step, and stays so while the run goes on."""
+"""A state given to an observer is not changed by later steps."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 def arrays_of(value: Any, name: str = "", seen: set[int] | None = None) -> dict[str, Any]:
-    """All arrays that a record holds, whatever holds them, by their path."""
+    """All arrays inside a record at any depth, by their path."""
     seen = set() if seen is None else seen
     if id(value) in seen:
         return {}

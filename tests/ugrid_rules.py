@@ -1,4 +1,4 @@
-"""The conformance rules of UGRID 1.0 for one mesh of faces, and what its readers ask for besides.
+"""Conformance rules of UGRID 1.0 for one mesh of faces, and additional needs of readers.
 
 R and A numbers are those of the conformance document of the conventions.
 """
@@ -40,7 +40,7 @@ def _coordinates(file: netCDF4.Dataset, mesh: netCDF4.Variable) -> list[netCDF4.
 
 
 def _dimensions(file: netCDF4.Dataset, mesh: netCDF4.Variable) -> dict[str, str]:
-    """The element dimensions by location."""
+    """Dimension of each location (node, edge, face)."""
     found = {"face": str(_get(mesh, "face_dimension"))}
     for x in _coordinates(file, mesh):
         found["node"] = x.dimensions[0]

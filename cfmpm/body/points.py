@@ -144,8 +144,8 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
     lost = np.flatnonzero(found == location.OUTSIDE)
     if lost.size == 0:
         return found
-    origin = grid.nodes.min(axis=0)
-    extent = np.ptp(grid.nodes, axis=0)
+    origin, highest = grid.extent
+    extent = highest - origin
     cell = np.sqrt(extent.prod() / len(triangles))
     shape = np.maximum(1, (extent / cell).astype(np.int64))
     size = extent / shape

@@ -1,1 +1,1 @@
-"""Background elements: one record of plain numbers for each, in a file of its own."""
+"""Background elements: one record of plain data for each, in its own module."""

@@ -1,6 +1,7 @@
-"""What a triangular element is: its order, its material points, and all that follows from them.
+"""Triangular elements: order, material points, and the tables that follow from them.
 
-Places in a triangle are barycentric coordinates, one column a corner. Sides are 01, 12 and 20.
+Positions in a triangle are area (barycentric) coordinates, one column for each corner. The sides
+are 01, 12 and 20.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ class Element:
     Attributes
     ----------
     order : int
-        Degree p of the displacement; strain is of degree p - 1.
+        Degree p of the displacement; the strain has degree p - 1.
     points : (q, 3) float
-        Places of the material points, all inside: a rule that is exact for degree 2 (p - 1), the
-        degree of the strain energy.
+        Area coordinates of the material points, all inside the triangle: a quadrature rule that is
+        exact for degree 2 (p - 1), the degree of the strain energy.
     weights : (q,) float
-        Parts of the area that the points stand for, in any one unit; positive.
+        Area of each point, up to a common factor; positive.
     locks : bool
-        Whether it is too stiff near incompressibility, so that patches of triangles share their
-        change of volume.
+        Whether the element locks near incompressibility, so that the volume change is averaged
+        over patches of triangles.
     domains : tuple of (v, 3) float, or None
-        The polygon of material that each point stands for, corners anticlockwise, each in any one
-        unit. A crack that grows needs them: they are what is integrated over when the grid is moved
-        under the points.
+        Polygon of material that each point represents: its corners, anticlockwise, each up to a
+        factor. Crack growth needs the domains: integrals are taken over them where nodes have
+        moved relative to the points.
     """
 
     order: int
@@ -49,21 +50,20 @@ class Element:
 
     @property
     def constant_gradients(self) -> bool:
-        """Whether basis gradients are constant in a triangle."""
+        """Whether the gradients of the basis functions are constant in a triangle."""
         return self.order == 1
 
     @property
     def moves_as_one_domain(self) -> bool:
-        """Whether a triangle stays the one domain of its one point, with straight sides, as its
-        nodes move."""
+        """Whether a deformed triangle is the domain of its only point: its sides stay straight."""
         return self.constant_gradients and len(self.points) == 1
 
     @cached_property
     def nodes(self) -> Ints:
-        """Places of the nodes times the order, (k, 3).
+        """Area coordinates of the nodes times the order, (k, 3).
 
-        The corners, the nodes inside each side from its first end to its second, and those inside
-        the triangle.
+        In the order: corners, inner nodes of each side from its first to its second end, nodes
+        inside the triangle.
         """
         p = self.order
         corners = p * np.eye(3, dtype=np.int64)
@@ -76,39 +76,39 @@ class Element:
     def factors(self) -> Floats:
         """Coefficients of the factors of the basis functions, (p + 1, p + 1).
 
-        The basis function of the node (a, b, c) is P_a(L_0) P_b(L_1) P_c(L_2) of the area
-        coordinates L, with P_i(L) = prod_{j < i} (p L - j) / (j + 1) (Silvester 1969). Row i has
-        the coefficients of P_i by ascending power.
+        The basis function of node (a, b, c) is P_a(L_0) P_b(L_1) P_c(L_2) with the area coordinates
+        L and P_i(L) = prod_{j < i} (p L - j) / (j + 1) (Silvester 1969). Row i contains the
+        coefficients of P_i in ascending powers.
         """
         p = self.order
         rows = [[Fraction(1)]]
         for i in range(p):
-            # Times (p L - i) / (i + 1).
+            # P_{i+1} = P_i (p L - i) / (i + 1).
             rows.append(_times_linear(rows[-1], Fraction(-i, i + 1), Fraction(p, i + 1)))
         return np.array([[float(c) for c in row] + [0.0] * (p + 1 - len(row)) for row in rows])
 
     @cached_property
     def sides(self) -> Ints:
-        """Numbers of the nodes of each side: both ends, then those between them, (3, p + 1)."""
+        """Local numbers of the nodes of each side: both ends, then inner nodes, (3, p + 1)."""
         inner = 3 + np.arange(3 * (self.order - 1)).reshape(3, self.order - 1)
         return np.column_stack([np.arange(3), np.roll(np.arange(3), -1), inner])
 
     @cached_property
     def along(self) -> Ints:
-        """Order in which the nodes of a side follow each other from end to end, (p + 1,)."""
+        """Permutation of the nodes of a side to their order along it, (p + 1,)."""
         return np.array([0, *range(2, self.order + 1), 1])
 
     @cached_property
     def turned(self) -> Ints:
-        """Order in which the triangle across a side has the nodes of it, (p + 1,)."""
+        """Permutation of the nodes of a side to their order in the adjacent triangle, (p + 1,)."""
         return np.array([1, 0, *range(self.order, 1, -1)])
 
     @cached_property
     def side_integrals(self) -> Floats:
         """Coefficients of the integrals of the basis functions along a side, (p + 1, p + 2).
 
-        Row i has, by ascending power of s, the integral from the first end of a side of length one
-        to s of the basis function of its node i.
+        Row i contains, in ascending powers of s, the integral of the basis function of node i of
+        the side from 0 to s, for a side of length one.
         """
         return np.array([[float(c) for c in row] for row in self._exact_side_integrals])
 
@@ -132,9 +132,10 @@ class Element:
 
     @cached_property
     def faces(self) -> Ints:
-        """Linear triangles between neighbouring nodes that fill the element, (p^2, 3).
+        """Subdivision of the element into linear triangles between its nodes, (p^2, 3).
 
-        Those that stand as the element does come first, from corner 0 on.
+        Triangles with the orientation of the element come first, from corner 0 on, then those
+        turned by 180 degrees.
         """
         number = {tuple(node): i for i, node in enumerate(self.nodes.tolist())}
         upright, turned = (
@@ -147,34 +148,49 @@ class Element:
 
     @cached_property
     def face_weights(self) -> Floats:
-        """Parts of the values at the material points in that at the middle of each face, (p^2, q).
+        """Weights that extrapolate values from the points to the centre of each face, (p^2, q).
 
-        By the polynomial of the degree of the strain through, or nearest to, the points.
+        The values are fitted by a polynomial of the degree of the strain, p - 1; by least squares
+        if there are more points than coefficients.
         """
         middle = self.nodes[self.faces].mean(axis=1) / self.order
         degree = self.order - 1
         at_points, at_faces = (_monomials(x, degree) for x in (self.points, middle))
         weights = at_faces @ np.linalg.pinv(at_points)
-        # A face whose middle is a point has the value of that and of no other.
+        # Without round-off, a face whose centre is a material point has the value of this point.
         weights = np.round(weights, 14) + 0.0
         return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
 @cache
 def find_element(word: str) -> Element:
-    """Return the element that a word of ``mesh.element`` stands for."""
+    """Return the element of a word of ``mesh.element``.
+
+    Parameters
+    ----------
+    word : str
+
+    Returns
+    -------
+    Element
+
+    Raises
+    ------
+    KeyError
+        If the word is not in `registry.elements.ELEMENTS`.
+    """
     element: Element = load(ELEMENTS[word].place)
     return element
 
 
 def _times_linear(row: list[Fraction], constant: Fraction, slope: Fraction) -> list[Fraction]:
-    """Multiply a polynomial, coefficients by ascending power, by a linear one."""
+    """Multiply a polynomial, given by coefficients in ascending powers, by constant + slope x."""
     shifted = [Fraction(0), *row]
     return [constant * c + slope * d for c, d in zip([*row, Fraction(0)], shifted, strict=True)]
 
 
 def _monomials(place: Floats, degree: int) -> Floats:
-    """All monomials of the degree in barycentric coordinates, which span the lower ones too."""
+    """Evaluate all monomials of a degree in area coordinates; they span all lower degrees too."""
     a, b, c = place.T
     return np.column_stack(
         [

@@ -1,7 +1,7 @@
-"""Six nodes and three material points: quadratic displacement, linear strain.
+"""T6: six nodes and three material points. Quadratic displacement, linear strain.
 
-The points are the centroids of the paper's corner sub-triangles (section 2.3), and the three-point
-rule of degree 2, which the stiffness needs.
+The points are the centroids of the corner sub-triangles (paper section 2.3, Fig. 2(b)). They are
+also the three-point Gauss rule of degree 2, which is exact for the stiffness.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ T6 = Element(
     points=np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3),
     weights=np.ones(3),
     locks=False,
-    # Quadrilaterals of equal area, from a corner over the middles of its two sides to the centroid.
+    # Quadrilaterals of equal area: corner, midpoint of a side, centroid, midpoint of a side.
     domains=tuple(
         np.roll([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]], k, axis=1)
         for k in range(3)

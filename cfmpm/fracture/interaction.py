@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cfmpm.body.grid import CrackTip, Floats, Grid
 from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
-from cfmpm.fracture.pressed_faces import PressedFaces
+from cfmpm.fracture.pressed_faces import ABSCISSAE, WEIGHTS, PressedFaces
 from cfmpm.fracture.uniform_state import Uniform
 from cfmpm.kernels import constitutive, eshelby
 
@@ -353,10 +353,9 @@ def bent_faces(
     bent = (weight > 0.0).any(axis=1) & (aside > STRAIGHT * np.hypot(*along.T))
     if not bent.any():
         return None
-    abscissae, weights = np.polynomial.legendre.leggauss(4)
-    part = 0.5 + 0.5 * abscissae
+    part = 0.5 + 0.5 * ABSCISSAE
     shape = np.stack([1.0 - part, part], axis=1)
-    q = 0.5 * weights * np.einsum("ge,ke->kg", shape, weight[bent])
+    q = 0.5 * WEIGHTS * np.einsum("ge,ke->kg", shape, weight[bent])
     away = np.einsum("ge,kei->kgi", shape, ends[bent]).reshape(-1, 2)
     # Outward normal of the left face.
     out = np.column_stack([along[bent, 1], -along[bent, 0]])

@@ -17,6 +17,8 @@ from cfmpm.kernels import eshelby
 # enough: where shear is far larger than what opens the tip or shuts it, the error of the singular
 # stress in the tip elements opens or closes the first pair.
 NEAR = 3.0
+# Gauss points of an edge of a face, from -1 to 1, and their weights.
+ABSCISSAE, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 @dataclass(frozen=True)
@@ -138,12 +140,11 @@ class PressedFaces:
         inside = (q[self.links] > 0.0).any(axis=1)
         links, (start, end) = self.links[inside], self.place[inside].T
         # Gauss points in the root of the distance from the tip, in which the fields are smooth.
-        abscissae, weights = np.polynomial.legendre.leggauss(4)
         low, high = np.sqrt(start)[:, None], np.sqrt(end)[:, None]
-        root = 0.5 * (low + high) + 0.5 * (high - low) * abscissae
+        root = 0.5 * (low + high) + 0.5 * (high - low) * ABSCISSAE
         part = (root**2 - start[:, None]) / (end - start)[:, None]
         shape = np.stack([1.0 - part, part], axis=2)
-        q_ds = np.einsum("lgn,ln->lg", shape, q[links]) * root * (high - low) * weights
+        q_ds = np.einsum("lgn,ln->lg", shape, q[links]) * root * (high - low) * WEIGHTS
         frame = np.array([tip.tangent, [-tip.tangent[1], tip.tangent[0]]])
         away = (shape @ nodes[links] - tip.path[0]).reshape(-1, 2)
         along, across = np.einsum("ij,gj->ig", frame, away)

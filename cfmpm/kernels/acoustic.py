@@ -13,13 +13,14 @@ from cfmpm.kernels.laws.dispatch import respond
 
 @kernel
 def lowest_on_circle(mxx, myy, mxy, wx, wy):
-    """Return the unit vector v at which v.M v + 2 w.v is smallest.
+    """Return the unit vector v that minimises v.M v + 2 w.v.
 
     Parameters
     ----------
     mxx, myy, mxy : float
-        Symmetric M.
+        Components of the symmetric matrix M.
     wx, wy : float
+        Components of w.
 
     Returns
     -------
@@ -27,19 +28,20 @@ def lowest_on_circle(mxx, myy, mxy, wx, wy):
 
     Notes
     -----
-    The global minimum has (M + nu I) v = -w with M + nu I positive semi-definite (Moré and
-    Sorensen 1983); in the axes of M, t = nu + smallest eigenvalue is the root of |v(t)| = 1.
-    Newton's method on 1 / |v(t)|, concave, comes to it from the left without a step too far.
+    The global minimum satisfies (M + nu I) v = -w with M + nu I positive semi-definite (Moré and
+    Sorensen 1983). In the axes of M, t = nu + smallest eigenvalue of M is the root of |v(t)| = 1.
+    The function 1 / |v(t)| is concave, so that Newton's method approaches the root from the left
+    and does not overshoot.
     """
     half = 0.5 * (mxx - myy)
     r = math.hypot(half, mxy)
-    # First axis of M, that of the smallest eigenvalue.
+    # Axis of M with the smallest eigenvalue.
     angle = 0.5 * math.atan2(-mxy, -half)
     c, s = math.cos(angle), math.sin(angle)
     w1, w2 = c * wx + s * wy, c * wy - s * wx
     gap = 2.0 * r
     t = max(abs(w1), abs(w2) - gap)
-    # Too small a w1 changes nothing, and its quotients below overflow.
+    # A negligible w1 is taken as zero: the quotients below would overflow.
     if abs(w1) <= 1e-17 * (gap + abs(w2)) and abs(w2) <= gap:
         v2 = -w2 / gap if gap > 0.0 else 0.0
         v1 = math.sqrt(1.0 - v2 * v2)
@@ -66,11 +68,11 @@ def lowest_eigenvalue(F, tau, c):
     Parameters
     ----------
     F : tuple of four floats
-        xx, xy, yx, yy of the deformation gradient.
+        Deformation gradient xx, xy, yx, yy.
     tau : tuple of three floats
         Kirchhoff stress xx, yy, xy [MPa].
     c : tuple of six floats
-        Spatial tangent as from `laws.dispatch.respond` [MPa].
+        Spatial tangent, as returned by `laws.dispatch.respond` [MPa].
 
     Returns
     -------
@@ -79,12 +81,13 @@ def lowest_eigenvalue(F, tau, c):
 
     Notes
     -----
-    With v = (cos, sin) of twice the angle of N and u likewise for m, m.Q m is bilinear:
-    a + b.v + c.u + u.D v. Hence the smaller eigenvalue of Q is g(v) = a + b.v - |c + D v|, and
-    det(Q - s I) = (a - s + b.v)^2 - |c + D v|^2 is a quadratic of which the global minimum over
-    the circle is known. Beginning at the direction of the smallest trace, s = g(v) falls from
-    minimum to minimum until det(Q - s I) >= 0 in all directions: there s is the smallest
-    eigenvalue, to round-off, and no direction can have been missed.
+    With v = (cos, sin) of twice the angle of N and u the same for a unit vector m, m.Q m is
+    bilinear: a + b.v + c.u + u.D v. Hence the smaller eigenvalue of Q is
+    g(v) = a + b.v - |c + D v|, and det(Q - s I) = (a - s + b.v)^2 - |c + D v|^2 is a quadratic
+    function of v, whose global minimum on the unit circle is given by `lowest_on_circle`. The
+    iteration starts at the direction of the smallest trace; s = g(v) decreases from minimum to
+    minimum until det(Q - s I) >= 0 for all directions. This s is the smallest eigenvalue, to
+    round-off, without sampling of directions.
     """
     fxx, fxy, fyx, fyy = F
     J = fxx * fyy - fxy * fyx
@@ -92,7 +95,7 @@ def lowest_eigenvalue(F, tau, c):
     normal = np.empty(3)
     shear = np.empty(3)
     for i in range(3):
-        # F^-T X F^-1 for X = I, diag(1, -1), offdiag(1, 1), of which N (x) N is made.
+        # F^-T X F^-1 for X = I, diag(1, -1), offdiag(1, 1); N (x) N is a combination of these.
         if i == 2:
             yxx = -2.0 * fyy * fyx
             yyy = -2.0 * fxx * fxy
@@ -113,7 +116,7 @@ def lowest_eigenvalue(F, tau, c):
     a, bx, by = trace
     c1, d11, d12 = normal
     c2, d21, d22 = shear
-    # The quadratic part of the determinant, b (x) b - D^T D.
+    # Quadratic part of the determinant, b (x) b - D^T D.
     mxx = bx * bx - d11 * d11 - d21 * d21
     myy = by * by - d12 * d12 - d22 * d22
     mxy = bx * by - d11 * d12 - d21 * d22
@@ -133,20 +136,21 @@ def lowest_eigenvalue(F, tau, c):
 
 @kernel
 def ellipticity(volume, material, law, constants, internal, displacement_gradient, patch):
-    """Measure at each point how far the law is from losing ellipticity.
+    """Return the smallest eigenvalue of the acoustic tensor at each point, relative to mu.
 
     Parameters
     ----------
     volume, material, law, constants, internal, patch
         As in `finite.stiffness`.
     displacement_gradient : (p, 2, 2) float
+        H = F - I.
 
     Returns
     -------
     (p,) float
-        Smallest eigenvalue of the acoustic tensor over all directions, over mu: 1 without
-        strain, not positive where ellipticity (rank-one convexity) is lost, -inf where
-        det F <= 0. The tangent is that of Newton's method, elastoplastic where the step yields.
+        Smallest eigenvalue over all directions divided by mu: 1 without strain, zero or negative
+        where ellipticity (rank-one convexity) is lost, -inf where det F <= 0. The tangent is the
+        consistent tangent of Newton's method, elastoplastic where the point yields in the step.
     """
     n = len(volume)
     result = np.empty(n)

@@ -1,4 +1,4 @@
-"""Stiffness and forces as sums over material points."""
+"""Stiffness and nodal forces at small strain, as sums over material points."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ def element_stars(elements, n_nodes):
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     n_nodes : int
 
     Returns
     -------
     offsets : (n_nodes + 1,) int
     star : (m k,) int
-        Those of node i are ``star[offsets[i]:offsets[i + 1]]``, ascending.
+        The elements at node i are ``star[offsets[i]:offsets[i + 1]]``, in ascending order.
     """
     m, k = elements.shape
     offsets = np.zeros(n_nodes + 1, np.int64)
@@ -41,19 +42,20 @@ def element_stars(elements, n_nodes):
 
 @kernel
 def sparsity(elements, free):
-    """Find the pattern of the stiffness of the free degrees of freedom.
+    """Return the sparsity pattern of the stiffness matrix of the free degrees of freedom.
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     free : (n, 2) int
-        Number of each degree of freedom in the reduced system, ascending; -1 where prescribed.
+        Row of each degree of freedom in the reduced system, ascending; -1 where prescribed.
 
     Returns
     -------
-    indptr : (n_free + 1,) int32 or int64
-        int32 wherever it can hold the number of entries.
-    indices : int32
+    indptr : (n_free + 1,) int64
+        Start of each row of the CSR matrix.
+    indices : (entries,) int32
         Columns, ascending in each row.
     """
     n_nodes = free.shape[0]
@@ -92,7 +94,7 @@ def sparsity(elements, free):
                 node = elements[star[j], b]
                 if seen[node] != i:
                     seen[node] = i
-                    # Insertion keeps the few neighbours in ascending order.
+                    # Insertion sort: a node has few neighbours.
                     c = count
                     while c > 0 and around[c - 1] > node:
                         around[c] = around[c - 1]
@@ -118,13 +120,17 @@ def add_stiffness(block, gradients, p, elastic, m, volume):
     Parameters
     ----------
     block : (2k, 2k) float
+        Element stiffness, changed in place [N/mm^2].
     gradients : (p, k, 2) float
+        dS_I/dX_j [1/mm].
     p : int
         The point.
     elastic : (q, 3, 3) float
+        Elastic matrices [MPa].
     m : int
-        Its row.
+        Material of the point.
     volume : float
+        Volume of the point [mm^3 per mm of thickness].
     """
     c11, c22, c12 = volume * elastic[m, 0, 0], volume * elastic[m, 1, 1], volume * elastic[m, 0, 1]
     c13, c23, c33 = volume * elastic[m, 0, 2], volume * elastic[m, 1, 2], volume * elastic[m, 2, 2]
@@ -144,14 +150,14 @@ def add_stiffness(block, gradients, p, elastic, m, volume):
 
 @kernel
 def find_entry(indptr, indices, row, column):
-    """Find where an entry of a sparse matrix is stored.
+    """Return the position of an entry of a CSR matrix, by bisection.
 
     Parameters
     ----------
     indptr, indices
-        As from `sparsity`.
+        As returned by `sparsity`.
     row, column : int
-        Of an entry that the pattern has.
+        An entry of the pattern.
 
     Returns
     -------
@@ -170,7 +176,7 @@ def find_entry(indptr, indices, row, column):
 
 @kernel
 def entry_slots(elements, free, indptr, indices):
-    """Find where the stiffness of each element goes in the matrix.
+    """Return the positions of the entries of each element stiffness in the CSR matrix.
 
     Parameters
     ----------
@@ -200,24 +206,29 @@ def entry_slots(elements, free, indptr, indices):
 def stiffness(elements, free, indptr, indices, point_element, gradients, volume, material, elastic):
     """Assemble the stiffness of linear elastic points for the free degrees of freedom.
 
-    K_aibk = sum_p V_p g_a,j D_ijkl g_b,l, the sum of paper eq 10 at F = 1, with g = dS/dX.
+    K_aibk = sum_p V_p g_a,j D_ijkl g_b,l with g = dS/dX: paper eq 10 at F = I.
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     free, indptr, indices
         As in `sparsity`.
-    point_element, material : (p,) int
+    point_element : (p,) int
+        Element of each point.
     gradients : (p, k, 2) float
+        dS_I/dX_j [1/mm].
     volume : (p,) float
         [mm^3 per mm of thickness].
+    material : (p,) int
+        Row of `elastic`.
     elastic : (q, 3, 3) float
-        Elastic matrix D of the plane problem, xx, yy, xy [MPa].
+        Elastic matrix D of the plane problem, in the order xx, yy, xy [MPa].
 
     Returns
     -------
     (entries,) float
-        Values of the CSR matrix [N/mm^2: N/mm per mm of thickness], symmetric to the bit.
+        Values of the CSR matrix [N/mm per mm of thickness], exactly symmetric.
     """
     data = np.zeros(len(indices))
     k = elements.shape[1]
@@ -229,7 +240,7 @@ def stiffness(elements, free, indptr, indices, point_element, gradients, volume,
         add_stiffness(block, gradients, p, elastic, material[p], volume[p])
         if p + 1 < n_points and point_element[p + 1] == e:
             continue
-        # Points of one element follow each other: their sum is scattered once.
+        # Points of one element are consecutive: the element stiffness is scattered once.
         for a in range(k):
             number[2 * a], number[2 * a + 1] = free[elements[e, a], 0], free[elements[e, a], 1]
         for i in range(2 * k):
@@ -254,15 +265,19 @@ def stiffness(elements, free, indptr, indices, point_element, gradients, volume,
 
 @kernel
 def internal_force(elements, n_nodes, point_element, gradients, volume, stress):
-    """Sum the internal force f_I,i = sum_p sigma_ij dS_I/dX_j V_p (paper eq 13).
+    """Return the internal force f_I,i = sum_p sigma_ij dS_I/dX_j V_p (paper eq 6, at F = I).
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     n_nodes : int
     point_element : (p,) int
+        Element of each point.
     gradients : (p, k, 2) float
+        dS_I/dX_j [1/mm].
     volume : (p,) float
+        [mm^3 per mm of thickness].
     stress : (p, 3) float
         sigma_xx, sigma_yy, sigma_xy [MPa].
 
@@ -287,16 +302,19 @@ def internal_force(elements, n_nodes, point_element, gradients, volume, stress):
 
 @kernel
 def body_force(elements, n_nodes, point_element, values, volume, density):
-    """Sum the force f_I = sum_p S_I b V_p of a uniform body force.
+    """Return the nodal force f_I = sum_p S_I b V_p of a uniform body force b (paper eq 6).
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     n_nodes : int
     point_element : (p,) int
+        Element of each point.
     values : (p, k) float
-        Basis functions at the points.
+        Basis functions S_I at the points.
     volume : (p,) float
+        [mm^3 per mm of thickness].
     density : (2,) float
         b [N/mm^3].
 

@@ -1,7 +1,7 @@
-"""Lagrange basis functions of triangles with straight sides, and their gradients, at points.
+"""Lagrange basis functions of triangles with straight sides, and their gradients (paper eq 4).
 
-Those of order 1 and 2 are written out: to the bit what the table of nodes gives, in a fifth of its
-time.
+Orders 1 and 2 have closed forms, which give bit by bit the values of the general form in a fifth of
+its time.
 """
 
 from __future__ import annotations
@@ -13,20 +13,23 @@ from cfmpm._jit import kernel
 
 @kernel
 def area_coordinates(nodes, element, position):
-    """Return the area coordinates of a point in a triangle and their gradients.
+    """Return the area coordinates of a point in a triangle, and their gradients.
 
     Parameters
     ----------
     nodes : (n, 2) float
-    element : (3 or more,) int
-        Corner nodes first.
+        [mm].
+    element : (k,) int
+        Nodes of the element, the three corners first.
     position : (2,) float
+        [mm].
 
     Returns
     -------
     l0, l1, l2 : float
+        Area coordinates; their sum is one.
     g : tuple of six floats
-        d l0/dx, d l0/dy, d l1/dx ... [1/mm].
+        d l0/dx, d l0/dy, d l1/dx, d l1/dy, d l2/dx, d l2/dy [1/mm].
     """
     ax, ay = nodes[element[0], 0], nodes[element[0], 1]
     bx, by = nodes[element[1], 0] - ax, nodes[element[1], 1] - ay
@@ -47,17 +50,22 @@ def basis_values(table, factors, nodes, elements, point_element, position):
     Parameters
     ----------
     table : (k, 3) int
-        `Element.nodes`.
+        `Element.nodes` of an element of order p.
     factors : (p + 1, p + 1) float
         `Element.factors`.
     nodes : (n, 2) float
+        [mm].
     elements : (m, k) int
+        Nodes of each element.
     point_element : (q,) int
+        Element of each point.
     position : (q, 2) float
+        [mm].
 
     Returns
     -------
     (q, k) float
+        S_I at each point.
     """
     values = np.empty((len(point_element), len(table)))
     if len(factors) == 2:
@@ -122,7 +130,7 @@ def basis_gradients(table, factors, nodes, elements, point_element, position):
 
 @kernel
 def lagrange_values(table, factors, nodes, elements, point_element, position, out):
-    """Evaluate the basis functions of any order from its table, as `basis_values`, into `out`."""
+    """Evaluate the basis functions of any order, as in `basis_values`, into `out` (q, k)."""
     own, slope = np.empty((3, len(factors))), np.empty((3, len(factors)))
     for p in range(len(point_element)):
         l0, l1, l2, _ = area_coordinates(nodes, elements[point_element[p]], position[p])
@@ -133,7 +141,7 @@ def lagrange_values(table, factors, nodes, elements, point_element, position, ou
 
 @kernel
 def lagrange_gradients(table, factors, nodes, elements, point_element, position, out):
-    """Evaluate their gradients, as `basis_gradients`, into `out`."""
+    """Evaluate the gradients for any order, as in `basis_gradients`, into `out` (q, k, 2)."""
     own, slope = np.empty((3, len(factors))), np.empty((3, len(factors)))
     for p in range(len(point_element)):
         l0, l1, l2, g = area_coordinates(nodes, elements[point_element[p]], position[p])
@@ -149,7 +157,7 @@ def lagrange_gradients(table, factors, nodes, elements, point_element, position,
 
 @kernel
 def evaluate_factors(factors, place, values, slopes):
-    """Evaluate the factors of the basis functions and their derivatives by Horner's rule.
+    """Evaluate the factors P_i of the basis functions and their derivatives by Horner's rule.
 
     Parameters
     ----------
@@ -158,7 +166,7 @@ def evaluate_factors(factors, place, values, slopes):
     place : tuple of three floats
         Area coordinates.
     values, slopes : (3, p + 1) float
-        Overwritten.
+        P_i and dP_i/dL for each area coordinate; overwritten.
     """
     for corner in range(3):
         at = place[corner]

@@ -1,7 +1,7 @@
-"""Exact intersection of convex polygons with lines and with the triangles of the grid.
+"""Exact intersection of convex polygons (particle domains) with lines and with triangles.
 
-Polygons are rows of a buffer, anticlockwise. Their coordinates are taken from a corner nearby:
-the difference of two coordinates is exact, so that a body far from the origin loses no digits.
+Polygons are rows of a buffer, anticlockwise. Their coordinates are relative to a corner nearby, so
+that no digits are lost in a body far from the origin.
 """
 
 from __future__ import annotations
@@ -10,33 +10,37 @@ import numpy as np
 
 from cfmpm._jit import kernel
 
-# Pieces below this part of their triangle are round-off where a domain only touches it.
+# Intersections with less than this fraction of the area of the triangle are round-off: the domain
+# only touches the triangle.
 DUST = 1e-14
 
-# A domain stays whole where a cut would leave less than this part of it, or runs through less than
-# this part of its width.
+# A domain is not cut if less than this fraction of its area would be cut off, or if the crack
+# segment crosses less than this fraction of its width.
 SLIVER = 1e-9
 
 
 @kernel
 def clip(polygon, n, a, b, side, out):
-    """Keep the part of a convex polygon on one side of the line through two points.
+    """Clip a convex polygon by the line through two points (Sutherland and Hodgman 1974).
 
     Parameters
     ----------
-    polygon : (at least n, 2) float
+    polygon : (n or more, 2) float
+        Corners, anticlockwise [mm].
     n : int
         Number of corners; may be 0.
     a, b : (2,) float
+        Points of the line [mm].
     side : float
-        1 keeps the left of a -> b, -1 the right; both cut an edge in the same point, to the bit.
-    out : (at least 3 n / 2, 2) float
-        Overwritten.
+        1 keeps the part to the left of a -> b, -1 the part to the right; both intersect an edge in
+        exactly the same point.
+    out : (3 n / 2 or more, 2) float
+        Corners of the part that is kept; overwritten [mm].
 
     Returns
     -------
     int
-        Number of corners of the part, 0 where there is none.
+        Number of corners of the part; 0 if it is empty.
     """
     if n == 0:
         return 0
@@ -62,16 +66,28 @@ def clip(polygon, n, a, b, side, out):
 
 @kernel
 def triangle_area(a, b, c):
-    """Return the area of a triangle, positive if anticlockwise."""
+    """Return the area of a triangle with corners a, b, c [mm^2], positive if anticlockwise."""
     return 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 @kernel
 def area_and_centroid(polygon, n):
-    """Return area and centroid (area, x, y) of a convex polygon of n >= 1 corners.
+    """Return area and centroid of a convex polygon.
 
-    The centroid is a mean with weights that round-off cannot make negative: it lies inside, however
-    thin the polygon is.
+    Parameters
+    ----------
+    polygon : (n or more, 2) float
+        Corners, anticlockwise [mm].
+    n : int
+        Number of corners, at least 1.
+
+    Returns
+    -------
+    area : float
+        [mm^2].
+    x, y : float
+        Centroid [mm]. Its weights are not negative in spite of round-off, so that it lies inside
+        the polygon even if this is thin.
     """
     area = x = y = 0.0
     for i in range(1, n - 1):
@@ -85,7 +101,10 @@ def area_and_centroid(polygon, n):
 
 @kernel
 def domain_boxes(vertices, offsets, owners):
-    """Return the bounding boxes (x low, y low, x high, y high) of domains, from their anchors."""
+    """Return the bounding boxes of domains relative to their anchors, (o, 4) [mm].
+
+    Columns: smallest x, smallest y, largest x, largest y. Arguments as in `clip_domains`.
+    """
     boxes = np.empty((len(owners), 4))
     for i in range(len(owners)):
         own = vertices[offsets[owners[i]] : offsets[owners[i] + 1]]
@@ -97,35 +116,35 @@ def domain_boxes(vertices, offsets, owners):
 
 @kernel
 def clip_domains(nodes, elements, points, weights, changed, anchors, vertices, offsets, owners):
-    """Intersect domains with triangles and place quadrature points in the pieces.
+    """Intersect domains with triangles, and place quadrature points in the intersections.
 
     Parameters
     ----------
     nodes : (n, 2) float
+        [mm].
     elements : (m, k) int
-        Corners first.
+        Nodes of each element, the three corners first.
     points, weights : (q, 3), (q,) float
-        Barycentric rule, for each triangle of a fan over each piece; that of one point, the
-        centroid, for the piece as a whole.
-    changed : (c,) int
-        The triangles.
+        Quadrature rule in area coordinates. An intersection is divided into a fan of triangles,
+        each with this rule; a rule of one point is applied to the intersection as a whole, at its
+        centroid.
+    changed, owners : (c,), (o,) int
+        Triangles and domains to intersect; bounding boxes exclude most of the c o pairs.
     anchors, vertices, offsets
         As in `particle_domains.ParticleDomains`.
-    owners : (o,) int
-        The domains. Every pair is compared by bounding boxes.
 
     Returns
     -------
     owner, element : (r,) int
-        In the order of `changed`, then of `owners`.
+        Domain and triangle of each quadrature point, in the order of `changed`, then of `owners`.
     position : (r, 2) float
         [mm].
     volume : (r,) float
-        [mm^2].
+        Volume per mm of thickness [mm^2].
     """
     boxes = domain_boxes(vertices, offsets, owners)
-    # Three cuts of a convex polygon add three corners; where round-off makes it less than convex
-    # each may add half of them again.
+    # Clipping by three sides adds three corners to a convex polygon. If round-off makes it slightly
+    # non-convex, each clip adds at most half the number of corners: 1.5^3 < 4.
     widest = 4 * most_corners(offsets, owners)
     piece, work = np.empty((widest, 2)), np.empty((widest, 2))
     corners = np.zeros((3, 2))
@@ -180,7 +199,7 @@ def clip_domains(nodes, elements, points, weights, changed, anchors, vertices, o
 
 @kernel
 def most_corners(offsets, owners):
-    """Return the largest number of corners of domains."""
+    """Return the largest number of corners of the domains `owners`."""
     most = 0
     for p in owners:
         most = max(most, offsets[p + 1] - offsets[p])
@@ -189,10 +208,22 @@ def most_corners(offsets, owners):
 
 @kernel
 def of_corners(points):
-    """Return the divisors (q,) and the factors (q, 3) by which points follow from the corners.
+    """Return the coefficients from which quadrature points are computed with least round-off.
 
-    A point is the sum of all corners over the divisor, which is one part that all of them have,
-    and the rest times each: exact for the rule of three points.
+    A point is the sum of the corners divided by its divisor, plus the sum of the corners times
+    their factors. For the rule of three points the factors are 0 and 1/2, which are exact.
+
+    Parameters
+    ----------
+    points : (q, 3) float
+        Quadrature points in area coordinates.
+
+    Returns
+    -------
+    divisors : (q,) float
+        Inverse of the smallest area coordinate.
+    rests : (q, 3) float
+        Area coordinates less the smallest one.
     """
     divisors, rests = np.empty(len(points)), np.empty((len(points), 3))
     for q in range(len(points)):
@@ -204,9 +235,9 @@ def of_corners(points):
 
 @kernel
 def give_to_largest(rows, first, lost):
-    """Add an area to the largest of the rows from `first` on, where there are any.
+    """Add an area to the row with the largest area, among the rows from `first` on.
 
-    The areas of a triangle's pieces so go on adding up to its own.
+    The area of neglected intersections is thus kept in the sum over the triangle.
     """
     if len(rows) == first:
         return
@@ -220,7 +251,7 @@ def give_to_largest(rows, first, lost):
 
 @kernel
 def as_columns(rows):
-    """Turn rows of owner, element, x, y and area into arrays."""
+    """Return rows of owner, element, x, y, area as the arrays of `clip_domains`."""
     owner, element = np.empty(len(rows), np.int64), np.empty(len(rows), np.int64)
     position, volume = np.empty((len(rows), 2)), np.empty(len(rows))
     for row in range(len(rows)):
@@ -237,19 +268,19 @@ def find_cut_domains(anchors, vertices, offsets, a, b):
     anchors, vertices, offsets
         As in `particle_domains.ParticleDomains`.
     a, b : (2,) float
-        [mm].
+        Ends of the crack segment [mm].
 
     Returns
     -------
     (p,) bool
-        Whether the segment runs through the domain and its line leaves a part on either side.
+        Whether the segment crosses the domain and both parts exceed the fraction `SLIVER`.
     """
     found = np.zeros(len(anchors), np.bool_)
     dx, dy = b[0] - a[0], b[1] - a[1]
     for p in range(len(anchors)):
         own = vertices[offsets[p] : offsets[p + 1]]
         ax, ay = a[0] - anchors[p, 0], a[1] - anchors[p, 1]
-        # Where the line enters and leaves, as parts of the way from a to b.
+        # Parameters from 0 at a to 1 at b at which the line enters and leaves the domain.
         enter, leave = np.inf, -np.inf
         px, py = own[-1, 0] - ax, own[-1, 1] - ay
         before = dx * py - dy * px

@@ -1,4 +1,4 @@
-"""Constitutive laws, one kernel each, from displacement gradient to stress and energy."""
+"""Update of material points at small strain."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from cfmpm._jit import kernel
 
 @kernel
 def linear_elastic(elements, point_element, gradients, material, elastic, displacement):
-    """Update points of linear elastic materials.
+    """Compute displacement gradient, stress and energy of linear elastic points.
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     point_element : (p,) int
+        Element of each point.
     gradients : (p, k, 2) float
         dS_I/dX_j [1/mm].
     material : (p,) int
@@ -22,7 +24,7 @@ def linear_elastic(elements, point_element, gradients, material, elastic, displa
     elastic : (q, 3, 3) float
         Elastic matrix of the plane problem [MPa]: stress xx, yy, xy from strain xx, yy, 2 xy.
     displacement : (n, 2) float
-        Of the nodes [mm].
+        Nodal displacement [mm].
 
     Returns
     -------
@@ -31,7 +33,7 @@ def linear_elastic(elements, point_element, gradients, material, elastic, displa
     stress : (p, 3) float
         sigma_xx, sigma_yy, sigma_xy [MPa].
     energy : (p,) float
-        psi = sigma_ij u_i,j / 2 [N mm/mm^3] (paper eq 20, indices put right).
+        psi = sigma_ij u_i,j / 2 [N mm/mm^3] (paper eq 20, indices corrected).
     """
     n, k = gradients.shape[:2]
     displacement_gradient = np.empty((n, 2, 2))

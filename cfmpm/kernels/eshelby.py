@@ -1,4 +1,4 @@
-"""Eshelby stress: configurational force at nodes and interaction integrals in a ring."""
+"""Configurational force of nodes and interaction integrals of a tip, at small strain."""
 
 from __future__ import annotations
 
@@ -13,21 +13,29 @@ from cfmpm._jit import kernel
 def configurational_force(
     elements, n_nodes, point_element, gradients, volume, displacement_gradient, stress, energy
 ):
-    """Sum the configurational force at every node.
+    """Return the configurational force of every node.
 
-    CF_I,i = - sum_p Sigma_ij dS_I/dX_j V_p with Sigma_ij = psi delta_ij - u_k,i sigma_kj (paper
-    eqs 19 and 26 with indices and sign put right: the force points to where the crack runs).
+    CF_I,i = - sum_p Sigma_ij dS_I/dX_j V_p with the Eshelby stress
+    Sigma_ij = psi delta_ij - u_k,i sigma_kj (paper eqs 19 and 26, indices and sign corrected: the
+    force points in the direction of crack growth).
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     n_nodes : int
     point_element : (p,) int
+        Element of each point.
     gradients : (p, k, 2) float
+        dS_I/dX_j [1/mm].
     volume : (p,) float
+        [mm^3 per mm of thickness].
     displacement_gradient : (p, 2, 2) float
+        u_i,j.
     stress : (p, 3) float
+        sigma_xx, sigma_yy, sigma_xy [MPa].
     energy : (p,) float
+        psi [N mm/mm^3].
 
     Returns
     -------
@@ -55,16 +63,18 @@ def configurational_force(
 def body_configurational_force(
     elements, n_nodes, point_element, values, volume, displacement_gradient, density
 ):
-    """Sum the part of the configurational force that a uniform body force adds.
+    """Return the contribution of a uniform body force to the configurational force.
 
-    The divergence of the Eshelby stress is u_k,i b_k, so that sum_p u_k,i b_k S_I V_p is to be
-    taken away for the sum over a domain not to depend on the domain (Maugin 1993, ch. 4).
+    CF_I,i = - sum_p u_k,i b_k S_I V_p. The divergence of the Eshelby stress is u_k,i b_k; without
+    this term the sum of the configurational force over a domain depends on the domain (Maugin
+    1993, ch. 4).
 
     Parameters
     ----------
     elements, n_nodes, point_element, values, volume, density
         As in `assembly.body_force`.
     displacement_gradient : (p, 2, 2) float
+        u_i,j.
 
     Returns
     -------
@@ -87,21 +97,21 @@ def body_configurational_force(
 def auxiliary_gradient(mode, r, theta, lam, mu):
     """Return the displacement gradient of an auxiliary field in the frame of the tip.
 
-    Modes 0 and 1 are Williams' fields of K_I = 1 and K_II = 1 MPa sqrt(mm) (Anderson 2005, table
-    2.2), mode 2 is that of a unit point force at the tip along the crack, for the T-stress
-    (Michell; Kfouri 1986).
-
     Parameters
     ----------
     mode : int
+        0 and 1: Williams' fields of K_I = 1 and K_II = 1 MPa sqrt(mm) (Anderson 2005, table 2.2);
+        2: field of a unit point force at the tip along the crack, for the T-stress (Michell 1900;
+        Kfouri 1986).
     r, theta : float
-        Distance from the tip [mm] and angle from the crack's tangent [rad].
+        Distance from the tip [mm] and angle from the tangent of the crack [rad].
     lam, mu : float
-        Lame's constants of the plane problem [MPa].
+        Lame constants of the plane problem [MPa].
 
     Returns
     -------
     h11, h12, h21, h22 : float
+        a_i,j, with axis 1 along the tangent.
     """
     kappa = (lam + 3.0 * mu) / (lam + mu)
     c, s = math.cos(theta), math.sin(theta)
@@ -135,16 +145,19 @@ def auxiliary_gradient(mode, r, theta, lam, mu):
 
 @kernel
 def mean_spin(displacement_gradient, volume):
-    """Return the mean of (u_2,1 - u_1,2) / 2 over points.
+    """Return the mean rotation (u_2,1 - u_1,2) / 2 of points, weighted by volume.
 
     Parameters
     ----------
     displacement_gradient : (p, 2, 2) float
+        u_i,j.
     volume : (p,) float
+        [mm^3 per mm of thickness].
 
     Returns
     -------
     float
+        [rad]; zero without points.
     """
     spin = 0.0
     for p in range(len(volume)):
@@ -155,23 +168,25 @@ def mean_spin(displacement_gradient, volume):
 
 @kernel
 def in_tip_frame(h, stress, t1, t2, spin):
-    """Turn a state into the frame of the tip.
+    """Rotate a state to the frame of the tip, axis 1 along the tangent of the crack.
 
     Parameters
     ----------
     h : (2, 2) float
-        Displacement gradient.
+        Displacement gradient u_i,j.
     stress : (3,) float
-        sigma_xx, sigma_yy, sigma_xy.
+        sigma_xx, sigma_yy, sigma_xy [MPa].
     t1, t2 : float
-        Unit tangent of the tip.
+        Unit tangent of the crack at the tip.
     spin : float
-        That is taken out.
+        Rotation to subtract from the displacement gradient [rad].
 
     Returns
     -------
-    u11, u21, s11, s22, s12 : float
-        First column of the displacement gradient, and the stress.
+    u11, u21 : float
+        u_1,1 and u_2,1.
+    s11, s22, s12 : float
+        Stress [MPa].
     """
     ux1 = h[0, 0] * t1 + (h[0, 1] + spin) * t2
     uy1 = (h[1, 0] - spin) * t1 + h[1, 1] * t2
@@ -187,22 +202,23 @@ def in_tip_frame(h, stress, t1, t2, spin):
 
 @kernel
 def mutual_flow(state, auxiliary, lam, mu, w1, w2):
-    """Return (sigma_ij a_i,1 + s_ij u_i,1) w_j - sigma_ik a_i,k w_1 in the frame of the tip.
+    """Return (sigma_ij a_i,1 + s_ij u_i,1) q_,j - sigma_ik a_i,k q_,1 in the frame of the tip.
 
     Parameters
     ----------
     state : tuple of five floats
-        From `in_tip_frame`.
+        As returned by `in_tip_frame`.
     auxiliary : tuple of four floats
-        From `auxiliary_gradient`.
+        a_i,j, as returned by `auxiliary_gradient`; s is its stress.
     lam, mu : float
-        Lame's constants [MPa].
+        Lame constants of the plane problem [MPa].
     w1, w2 : float
-        Gradient of the weight [1/mm].
+        Gradient q_,1, q_,2 of the weight [1/mm].
 
     Returns
     -------
     float
+        Integrand of the interaction integral [N/mm^3 per auxiliary unit].
     """
     u11, u21, s11, s22, s12 = state
     a11, a12, a21, a22 = auxiliary
@@ -234,41 +250,37 @@ def interaction_integrals(
     density,
     spin,
 ):
-    """Integrate the interaction of the solution with the three auxiliary fields.
+    """Compute the interaction integrals of the solution with the three auxiliary fields.
 
     I = sum_p V_p [(sigma_ij a_i,1 + s_ij u_i,1) q_,j - sigma_ik a_i,k q_,1 - b_i a_i,1 q] in the
-    frame of the tip, with a and s the auxiliary displacement and stress (Stern, Becker and Dunham
-    1976; Moran and Shih 1987). Elements in which q is constant add nothing and are passed over,
-    but for the body force.
+    frame of the tip, with the auxiliary displacement a and stress s (Stern, Becker and Dunham
+    1976; Moran and Shih 1987). Elements with constant q are skipped if there is no body force.
 
     Parameters
     ----------
-    nodes : (n, 2) float
-    elements : (m, k) int
-    point_element : (p,) int
-    position : (p, 2) float
-    gradients : (p, k, 2) float
-    volume : (p,) float
-    displacement_gradient : (p, 2, 2) float
-    stress : (p, 3) float
+    nodes, position : (n, 2), (p, 2) float
+        Of the nodes and of the points [mm].
+    elements, point_element, gradients, volume, displacement_gradient, stress
+        As in `configurational_force`; the three corners of an element first.
     q : (n,) float
         Weight of each node: 1 inside the ring, 0 outside; linear in each triangle.
     r, theta : (p,) float
-        Distance from the tip [mm] and angle from its tangent [rad].
+        Distance from the tip [mm] and angle from the tangent of the crack [rad].
     tangent : (2,) float
+        Unit tangent of the crack at the tip.
     lam, mu : float
-        Lame's constants in the ring [MPa].
+        Lame constants in the ring [MPa].
     density : (2,) float
-        Body force [N/mm^3].
+        Body force b [N/mm^3].
     spin : float
-        From `mean_spin`. A rotation of the ring as a whole does no work on a balanced auxiliary
-        stress, but does on its quadrature: it is taken out, for in slender bodies it is far larger
-        than the strain.
+        Mean rotation of the ring, as returned by `mean_spin`. A rigid rotation does no work on the
+        auxiliary stress, which is in equilibrium, but its quadrature is not exactly zero. It is
+        subtracted because in slender bodies it is much larger than the strain.
 
     Returns
     -------
     (3,) float
-        I of modes I, II and of the point force; in N/mm, per auxiliary unit.
+        I for K_I, K_II and the point force [N/mm per auxiliary unit].
     """
     result = np.zeros(3)
     t1, t2 = tangent[0], tangent[1]

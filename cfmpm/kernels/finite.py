@@ -1,8 +1,8 @@
-"""Sums over material points at finite strain: update, forces, stiffness, configurational force.
+"""Finite deformation: update of points, nodal forces, stiffness, configurational force.
 
-All integrals are over the reference configuration: F = I + H, reference gradients G = dS/dX and
-reference volumes V. On a grid that was reset at a state F_n the same kernels hold with that state
-as `base` and G = F_n^T dS/dx, the pull-back of the gradient on the grid.
+All integrals are over the reference configuration, with F = I + H, reference gradients dS/dX and
+reference volumes V. For a grid that was reset at a state F_n = I + H_n the same kernels apply with
+`base` = H_n and dS/dX = F_n^T dS/dx, the pull-back of the gradient on the grid.
 """
 
 from __future__ import annotations
@@ -17,18 +17,21 @@ from cfmpm.kernels.laws.dispatch import respond, stress_across
 
 @kernel
 def patch_means(volume, displacement_gradient, patch):
-    """Average J - 1 over patches of points.
+    """Average J - 1 over patches of points (de Souza Neto, Pires and Owen 2005).
 
     Parameters
     ----------
     volume : (p,) float
+        Reference volume [mm^3 per mm of thickness].
     displacement_gradient : (p, 2, 2) float
+        H = F - I.
     patch : (p,) or (0,) int
-        Patch of each point, numbered without gaps; empty where points stand alone.
+        Patch of each point, numbered without gaps; empty if there are no patches.
 
     Returns
     -------
     (n_patches,) float
+        Mean weighted by volume.
     """
     n_patches = patch.max() + 1 if len(patch) else 0
     whole = np.zeros(n_patches)
@@ -42,12 +45,17 @@ def patch_means(volume, displacement_gradient, patch):
 
 @kernel
 def displacement_gradients(elements, point_element, gradients, base, displacement):
-    """Return the displacement gradient of each point, (p, 2, 2).
+    """Compute the displacement gradient of each point.
 
     Parameters
     ----------
     elements, point_element, gradients, base, displacement
         As in `update_points`.
+
+    Returns
+    -------
+    (p, 2, 2) float
+        H = base + sum_I u_I (x) dS_I/dX (total Lagrangian form of paper eq 8).
     """
     n, k = gradients.shape[:2]
     displacement_gradient = np.empty((n, 2, 2))
@@ -84,28 +92,30 @@ def update_points(
     displacement,
     patch,
 ):
-    """Update points from the displacement of the grid.
+    """Compute the state of points from the nodal displacement.
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     point_element : (p,) int
+        Element of each point.
     gradients : (p, k, 2) float
         Reference gradients dS_I/dX_j [1/mm].
     base : (p, 2, 2) float
-        Displacement gradient where the grid's displacement is zero.
+        Displacement gradient at zero nodal displacement: that at the last reset of the grid.
     volume : (p,) float
         Reference volume [mm^3 per mm of thickness].
     material : (p,) int
         Row of `law` and `constants`.
     law : (q,) int
-        By `laws.dispatch.NUMBERS`.
+        Number of the law, from `laws.dispatch.NUMBERS`.
     constants : (q, c) float
         lambda, mu [MPa] and the constants of the laws.
     internal : (p, h) float
-        Internal variables at the start of the step; h = 0 where no law has any.
+        Internal variables at the start of the step; h = 0 if no law has any.
     displacement : (n, 2) float
-        Of the nodes [mm].
+        Nodal displacement [mm].
     patch : (p,) or (0,) int
         As in `patch_means`.
 
@@ -117,8 +127,10 @@ def update_points(
         Cauchy stress xx, yy, xy [MPa]; nan where det F <= 0.
     energy : (p,) float
         Stored energy per reference volume [N mm/mm^3]; inf where det F <= 0.
-    new_internal : like `internal`
+    new_internal : (p, h) float
+        Internal variables at the end of the step.
     det_F : (p,) float
+        J of each point, not averaged over patches.
     """
     H = displacement_gradients(elements, point_element, gradients, base, displacement)
     n = len(point_element)
@@ -195,16 +207,21 @@ def departure(volume, material, law, constants, internal, displacement_gradient,
 
 @kernel
 def stresses_across(volume, material, law, constants, displacement_gradient, stress, patch):
-    """Return sigma_zz of points in plane strain, (p,) [MPa].
+    """Return the out-of-plane stress of points in plane strain.
 
     Parameters
     ----------
     volume, material, law, constants, patch
         As in `update_points`.
     displacement_gradient : (p, 2, 2) float
-        det F > 0.
+        H = F - I with det F > 0.
     stress : (p, 3) float
-        Cauchy stress in the plane [MPa].
+        In-plane Cauchy stress xx, yy, xy [MPa].
+
+    Returns
+    -------
+    (p,) float
+        sigma_zz [MPa].
     """
     H = displacement_gradient
     n = len(material)
@@ -222,7 +239,7 @@ def stresses_across(volume, material, law, constants, displacement_gradient, str
 
 @kernel
 def nominal_stress(displacement_gradient, stress, p):
-    """Return the first Piola-Kirchhoff stress P = J sigma F^-T of a point: xx, xy, yx, yy."""
+    """Return the first Piola-Kirchhoff stress P = J sigma F^-T of point p: xx, xy, yx, yy [MPa]."""
     fxx, fxy = 1.0 + displacement_gradient[p, 0, 0], displacement_gradient[p, 0, 1]
     fyx, fyy = displacement_gradient[p, 1, 0], 1.0 + displacement_gradient[p, 1, 1]
     sxx, syy, sxy = stress[p, 0], stress[p, 1], stress[p, 2]
@@ -238,18 +255,23 @@ def nominal_stress(displacement_gradient, stress, p):
 def internal_force(
     elements, n_nodes, point_element, gradients, volume, displacement_gradient, stress
 ):
-    """Sum the internal force f_I,i = sum_p P_ij dS_I/dX_j V_p (paper eq 13, pulled back).
+    """Return the internal force f_I,i = sum_p P_ij dS_I/dX_j V_p (pull-back of paper eq 6).
 
     Parameters
     ----------
     elements : (m, k) int
+        Nodes of each element.
     n_nodes : int
     point_element : (p,) int
+        Element of each point.
     gradients : (p, k, 2) float
+        Reference gradients dS_I/dX_j [1/mm].
     volume : (p,) float
+        Reference volume [mm^3 per mm of thickness].
     displacement_gradient : (p, 2, 2) float
+        H = F - I.
     stress : (p, 3) float
-        Cauchy stress [MPa].
+        Cauchy stress xx, yy, xy [MPa].
 
     Returns
     -------
@@ -275,11 +297,13 @@ def add_stiffness(block, spatial, tau, c, volume):
     Parameters
     ----------
     block : (2k, 2k) float
+        Element stiffness, changed in place [N/mm^2].
     spatial : (k, 2) float
         Spatial gradients F^-T dS/dX [1/mm].
     tau, c : tuples of three and six floats
-        From `laws.dispatch.respond` [MPa].
+        Kirchhoff stress and spatial tangent, from `laws.dispatch.respond` [MPa].
     volume : float
+        Reference volume [mm^3 per mm of thickness].
     """
     txx, tyy, txy = volume * tau[0], volume * tau[1], volume * tau[2]
     c11, c22, c12 = volume * c[0], volume * c[1], volume * c[2]
@@ -302,7 +326,19 @@ def add_stiffness(block, spatial, tau, c, volume):
 
 @kernel
 def scatter(data, slots, e, block):
-    """Add the stiffness of an element, in its upper triangle, to the entries of the matrix."""
+    """Add an element stiffness, given by its upper triangle, to the entries of the matrix.
+
+    Parameters
+    ----------
+    data : (entries,) float
+        Values of the CSR matrix, changed in place [N/mm^2].
+    slots : (m, 2k, 2k) int
+        From `assembly.entry_slots`.
+    e : int
+        The element.
+    block : (2k, 2k) float
+        Its stiffness [N/mm^2].
+    """
     for i in range(len(block)):
         for j in range(i, len(block)):
             if slots[e, i, j] >= 0:
@@ -328,24 +364,24 @@ def stiffness(
     """Assemble the tangent stiffness for the free degrees of freedom.
 
     K_aibk = sum_p V_p (g_a,j c_ijkl g_b,l + delta_ik g_a,j tau_jl g_b,l) with the spatial
-    gradient g = F^-T dS/dX (paper eqs 9 to 12 with misprints put right; de Souza Neto, Peric and
-    Owen 2008, section 4.3). With patches `patches.coupling` is to be added.
+    gradient g = F^-T dS/dX (paper eqs 9 to 12, misprints corrected; de Souza Neto, Peric and Owen
+    2008, section 4.3). With patches, the result of `patches.coupling` must be added.
 
     Parameters
     ----------
     slots : (m, 2k, 2k) int
         From `assembly.entry_slots`.
     n_entries : int
-        Entries of the matrix.
+        Number of entries of the matrix.
     point_element, gradients, volume, material, law, constants, internal, patch
-        As in `update_points`; the state is that at the start of the step.
+        As in `update_points`; the internal variables are those at the start of the step.
     displacement_gradient : (p, 2, 2) float
-        Of the present displacement; det F > 0.
+        H = F - I at the current displacement; det F > 0.
 
     Returns
     -------
     (n_entries,) float
-        Values of the CSR matrix [N/mm^2: N/mm per mm of thickness], symmetric to the bit.
+        Values of the CSR matrix [N/mm per mm of thickness], exactly symmetric.
     """
     data = np.zeros(n_entries)
     n, k = gradients.shape[:2]
@@ -367,7 +403,7 @@ def stiffness(
             spatial[a, 1] = ((1.0 + hxx) * gy - hxy * gx) / J
         add_stiffness(block, spatial, tau, c, volume[p])
         e = point_element[p]
-        # Points of one element follow each other: their sum is scattered once.
+        # Points of one element are consecutive: the element stiffness is scattered once.
         if p + 1 == n or point_element[p + 1] != e:
             scatter(data, slots, e, block)
             block[:] = 0.0
@@ -378,18 +414,19 @@ def stiffness(
 def configurational_force(
     elements, n_nodes, point_element, gradients, volume, displacement_gradient, stress, energy
 ):
-    """Sum the configurational force at every node.
+    """Return the configurational force of every node.
 
-    CF_I,i = - sum_p (W delta_ij - H_ki P_kj) dS_I/dX_j V_p. With H in place of F the sum differs
-    by the internal force at the node, which is zero in balance, and round-off of P does not
-    swamp the energy at small strain.
+    CF_I,i = - sum_p (W delta_ij - H_ki P_kj) dS_I/dX_j V_p: paper eq 26 with the Eshelby stress of
+    the reference configuration, W I - F^T P (Eshelby 1975). With H instead of F, the sum lacks the
+    internal force of the node, which is zero in equilibrium; at small strain the round-off of P
+    then does not exceed W.
 
     Parameters
     ----------
     elements, n_nodes, point_element, gradients, volume, displacement_gradient, stress
         As in `internal_force`.
     energy : (p,) float
-        Per reference volume [N mm/mm^3].
+        Stored energy W per reference volume [N mm/mm^3].
 
     Returns
     -------

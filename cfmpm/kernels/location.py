@@ -1,4 +1,8 @@
-"""Point location: a walk over neighbours, and a bucket grid where there is no start or no way."""
+"""Location of points in the grid: walk over adjacent triangles, and search in a bucket grid.
+
+The search is used for points without a known triangle nearby, and where a crack or the boundary
+blocks the walk. Both replace the search over all triangles of the paper (section 2.3).
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,25 @@ _ROUND_OFF = 16.0 * 2.220446049250313e-16
 
 @kernel
 def containment(nodes, element, position):
-    """Return the smallest area coordinate of a point, its corner, and its round-off.
+    """Return the smallest area coordinate of a point in a triangle, with its round-off.
 
-    The point is in the triangle where the first is not below minus the last.
+    Parameters
+    ----------
+    nodes : (n, 2) float
+        [mm].
+    element : (k,) int
+        Nodes of the triangle, the three corners first.
+    position : (2,) float
+        [mm].
+
+    Returns
+    -------
+    lowest : float
+        Smallest area coordinate; the point is in the triangle if lowest >= -round_off.
+    corner : int
+        Corner (0, 1, 2) to which it belongs.
+    round_off : float
+        Bound on its round-off.
     """
     l0, l1, l2, g = area_coordinates(nodes, element, position)
     lowest, corner = l0, 0
@@ -32,19 +52,25 @@ def containment(nodes, element, position):
 
 @kernel
 def walk(nodes, triangles, twins, start, position):
-    """Walk from a triangle to the one that holds a point, never across a crack.
+    """Walk from a triangle to the one that contains a point, never across a crack.
 
     Parameters
     ----------
     nodes : (n, 2) float
-    triangles, twins : (m, 3) int
+        [mm].
+    triangles : (m, 3) int
+        Corners of each triangle.
+    twins : (m, 3) int
+        Half-edge across each side, from `topology.find_twins`; -1 at boundaries and crack faces.
     start : int
+        Triangle at which the walk starts.
     position : (2,) float
+        [mm].
 
     Returns
     -------
     int
-        The triangle, or `OUTSIDE` where the way is blocked by a crack or by the boundary.
+        The triangle; `OUTSIDE` if a crack or the boundary blocks the walk.
     """
     current = start
     came_from = -1
@@ -54,7 +80,7 @@ def walk(nodes, triangles, twins, start, position):
             return current
         following = twins[current, (corner + 1) % 3]
         if following < 0 or following // 3 == came_from:
-            # Blocked across the nearest side: try the other side that has the point behind it.
+            # This side is blocked: take another side that separates the triangle from the point.
             l0, l1, l2, _ = area_coordinates(nodes, triangles[current], position)
             following = -1
             for side, value in ((1, l0), (2, l1), (0, l2)):
@@ -69,7 +95,22 @@ def walk(nodes, triangles, twins, start, position):
 
 @kernel
 def walk_from_hints(nodes, triangles, twins, hints, position):
-    """Walk to every point from its hint; `OUTSIDE` where blocked. (p,) int."""
+    """Locate every point by a walk from its hint.
+
+    Parameters
+    ----------
+    nodes, triangles, twins
+        As in `walk`.
+    hints : (p,) int
+        Triangle at which each walk starts.
+    position : (p, 2) float
+        [mm].
+
+    Returns
+    -------
+    (p,) int
+        The triangle of each point; `OUTSIDE` where the walk is blocked.
+    """
     found = np.empty(position.shape[0], np.int64)
     for p in range(position.shape[0]):
         found[p] = walk(nodes, triangles, twins, hints[p], position[p])
@@ -78,7 +119,7 @@ def walk_from_hints(nodes, triangles, twins, hints, position):
 
 @kernel
 def cell_range(low, high, origin, size, count):
-    """Return the first and the last cell that an interval touches, clipped to the buckets."""
+    """Return the first and the last cell that overlap the interval, clipped to 0 ... count - 1."""
     first = int(min(max((low - origin) / size, 0.0), count - 1.0))
     last = int(min(max((high - origin) / size, 0.0), count - 1.0))
     return first, last
@@ -86,22 +127,24 @@ def cell_range(low, high, origin, size, count):
 
 @kernel
 def fill_buckets(nodes, triangles, origin, size, shape):
-    """List the triangles whose bounding box touches each cell of a regular grid.
+    """List the triangles whose bounding box overlaps each cell of a bucket grid.
 
     Parameters
     ----------
     nodes : (n, 2) float
+        [mm].
     triangles : (m, 3) int
+        Corners of each triangle.
     origin, size : (2,) float
-        Lower left corner and cell size [mm].
+        Lower left corner and cell size of the bucket grid [mm].
     shape : (2,) int
-        Number of cells.
+        Number of cells in x and y.
 
     Returns
     -------
     offsets : (cells + 1,) int
     items : (entries,) int
-        Triangles of cell (i, j) from ``offsets[i * shape[1] + j]``.
+        The triangles of cell c = i * shape[1] + j are ``items[offsets[c]:offsets[c + 1]]``.
     """
     offsets = np.zeros(shape[0] * shape[1] + 1, np.int64)
     items = np.empty(0, np.int64)
@@ -133,9 +176,9 @@ def fill_buckets(nodes, triangles, origin, size, shape):
 
 @kernel
 def search_buckets(nodes, triangles, twins, origin, size, shape, offsets, items, hints, position):
-    """Find the triangle of every point through its cell.
+    """Locate every point among the triangles of its cell.
 
-    Where a point lies on a crack, the face on the side of the hint is taken.
+    A point on a crack is located on the same side of the crack as its hint.
 
     Parameters
     ----------
@@ -144,13 +187,14 @@ def search_buckets(nodes, triangles, twins, origin, size, shape, offsets, items,
     origin, size, shape, offsets, items
         As in `fill_buckets`.
     hints : (p,) int
-        A triangle near each point, or -1.
+        A triangle near each point; -1 for none.
     position : (p, 2) float
+        [mm].
 
     Returns
     -------
     (p,) int
-        `OUTSIDE` for points that no triangle holds.
+        The triangle of each point; `OUTSIDE` for points that no triangle contains.
     """
     found = np.full(position.shape[0], OUTSIDE, np.int64)
     for p in range(position.shape[0]):
@@ -164,7 +208,7 @@ def search_buckets(nodes, triangles, twins, origin, size, shape, offsets, items,
         if hints[p] < 0:
             if first == last:
                 continue
-            # The middle of the list spares a strongly graded cell most of the way.
+            # A walk is faster than the list where a cell holds many triangles of a graded grid.
             found[p] = walk(nodes, triangles, twins, items[(first + last) // 2], x)
             if found[p] >= 0:
                 continue

@@ -1,4 +1,7 @@
-"""Patches of triangles with one mean change of volume, against locking near incompressibility."""
+"""Patches of triangles with a common mean volume change, against volumetric locking.
+
+Source: de Souza Neto, Pires and Owen 2005.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from cfmpm.kernels.laws import dispatch
 
 @kernel
 def neighbours_of(nodes, triangles, twins, regions):
-    """Return what each triangle may be joined to.
+    """Return the adjacent triangles with which each triangle may form a patch.
 
     Parameters
     ----------
@@ -23,9 +26,9 @@ def neighbours_of(nodes, triangles, twins, regions):
     Returns
     -------
     neighbours : (m, 3) int
-        Triangle of the same region across each side; -1 where there is none.
+        Triangle of the same region across each side; -1 if there is none.
     length : (m, 3) float
-        Of those sides [mm].
+        Length of each side with a neighbour, otherwise 0 [mm].
     """
     m = triangles.shape[0]
     neighbours = np.full((m, 3), -1)
@@ -42,16 +45,19 @@ def neighbours_of(nodes, triangles, twins, regions):
 
 @kernel
 def join_left_over(neighbours, length, patch, n_patches):
-    """Join triangles without a patch to a small one beside them, across the longest side.
+    """Add each triangle without a patch to the smallest adjacent patch.
+
+    Among equally small patches, the one across the longest side is taken. A triangle without a
+    neighbour becomes a patch.
 
     Parameters
     ----------
     neighbours, length
         From `neighbours_of`.
     patch : (m,) int
-        Patch of each triangle, changed in place; -1 where it has none yet.
+        Patch of each triangle, -1 for none; changed in place.
     n_patches : int
-        Each of two triangles.
+        Number of patches so far, of two triangles each.
     """
     size = np.full(len(patch), 2)
     for t in range(len(patch)):
@@ -78,27 +84,29 @@ def join_left_over(neighbours, length, patch, n_patches):
 
 @kernel
 def pair_triangles(nodes, triangles, twins, regions):
-    """Join triangles across sides into pairs, what is left over into triples.
+    """Form patches of two adjacent triangles; remaining triangles join an adjacent patch.
 
     Parameters
     ----------
     nodes : (n, 2) float
+        [mm].
     triangles : (m, 3) int
+        Corners of each triangle.
     twins : (m, 3) int
         Half-edge across each side, -1 on the boundary and on crack faces.
     regions : (m,) int
-        Triangles of two regions are never joined.
+        Region of each triangle; a patch contains triangles of one region only.
 
     Returns
     -------
     (m,) int
-        Patch of each triangle, numbered without gaps; alone only where no neighbour is allowed.
+        Patch of each triangle, numbered without gaps.
 
     Notes
     -----
-    A triangle with one free neighbour is served first, which leaves few over (Karp and Sipser
-    1981), and joined to the neighbour that has the fewest itself, across the longest side if
-    several have.
+    Triangles with only one neighbour without a patch are paired first, which leaves few triangles
+    over (Karp and Sipser 1981). A triangle is paired with the neighbour that has the fewest such
+    neighbours itself, and among these with the one across the longest side.
     """
     m = triangles.shape[0]
     neighbours, length = neighbours_of(nodes, triangles, twins, regions)
@@ -157,10 +165,12 @@ def bulk_moduli(n_patches, volume, material, law, constants, displacement_gradie
     ----------
     n_patches : int
     volume, material, law, constants
-        As in `finite.update_points`; lambda is the same in a patch, but for pieces of round-off
-        size that a particle domain may have beyond the interface of two materials.
+        As in `finite.update_points`. The material of the largest point of a patch is taken: points
+        of another material are intersections of round-off size at an interface.
     displacement_gradient : (p, 2, 2) float
+        H = F - I.
     patch : (p,) int
+        Patch of each point.
 
     Returns
     -------
@@ -192,31 +202,34 @@ def coupling(
     displacement_gradient,
     patch,
 ):
-    """Assemble what the mean over a patch adds to the stiffness of its points.
+    """Assemble the stiffness of the mean volume change of patches.
 
-    K = sum over patches of lambda U''(mean J) / V b b^T with b_I = sum_p V_p J F^-T dS_I/dX, the
-    change of the patch's volume by the displacement of its nodes; to be added to the stiffness of
-    the points with patches. At no displacement it belongs to `assembly.stiffness` without what is
-    shared of the elastic matrix.
+    K = sum over patches of lambda U''(mean J) / V b b^T, where V is the volume of the patch and
+    b_I = sum_p V_p J F^-T dS_I/dX the derivative of its deformed volume with respect to u_I. The
+    result is added to `finite.stiffness` with patches. At zero displacement it is added to
+    `assembly.stiffness` of the elastic matrix without the averaged volumetric part.
 
     Parameters
     ----------
     slots : (n_patches, 2w, 2w) int
         From `assembly.entry_slots` of `patch_nodes`.
     n_entries : int
+        Number of entries of the matrix.
     patch_nodes : (n_patches, w) int
-        Nodes of each patch, the last one repeated where there are fewer than w.
+        Nodes of each patch; the last one is repeated if there are fewer than w.
     elements, point_element, gradients, volume
         As in `finite.update_points`.
     bulk : (n_patches,) float
         From `bulk_moduli` [MPa].
     displacement_gradient : (p, 2, 2) float
+        H = F - I.
     patch : (p,) int
+        Patch of each point.
 
     Returns
     -------
     (n_entries,) float
-        Values of the CSR matrix [N/mm^2], symmetric to the bit.
+        Values of the CSR matrix [N/mm per mm of thickness], exactly symmetric.
     """
     n_patches, width = patch_nodes.shape
     whole = np.zeros(n_patches)
@@ -248,25 +261,29 @@ def coupling(
 
 @kernel
 def mean_pressure(volume, material, volumetric, displacement_gradient, patch):
-    """Return what the mean strain of patches adds to points at small strain.
+    """Return stress and energy of the mean volumetric strain of patches, at small strain.
 
     Parameters
     ----------
     volume : (p,) float
+        [mm^3 per mm of thickness].
     material : (p,) int
+        Row of `volumetric`.
     volumetric : (q,) float
-        Stress of a change of volume that is shared: lambda [MPa].
+        Modulus of the averaged volumetric strain: lambda [MPa].
     displacement_gradient : (p, 2, 2) float
-    patch : (p,) int
+        u_i,j.
+    patch : (p,) or (0,) int
+        Patch of each point.
 
     Returns
     -------
     stress : (p,) float
         `volumetric` times the mean of u_k,k, to be added to sigma_xx and sigma_yy of
-        `constitutive.linear_elastic` without it [MPa].
+        `constitutive.linear_elastic` without this modulus [MPa].
     energy : (p,) float
-        `volumetric` mean (u_k,k - mean / 2), continued linearly from the mean as in
-        `laws.dispatch.respond`.
+        `volumetric` times mean (u_k,k - mean / 2): linearised about the mean, as in
+        `laws.dispatch.respond` [N mm/mm^3].
     """
     n_patches = patch.max() + 1 if len(patch) else 0
     whole = np.zeros(n_patches)

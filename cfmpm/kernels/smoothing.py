@@ -1,4 +1,4 @@
-"""Laplacian smoothing of the nodes of bad triangles, where it makes them better."""
+"""Laplacian smoothing of nodes at triangles of low quality, where it improves the quality."""
 
 from __future__ import annotations
 
@@ -12,7 +12,24 @@ from cfmpm.kernels.triangles import quality
 
 @kernel
 def worst_quality(nodes, triangles, half_edges, x, y):
-    """Return the least quality of triangles around a node, were it at (x, y)."""
+    """Return the lowest quality of the triangles around a node, if the node is at (x, y).
+
+    Parameters
+    ----------
+    nodes : (n, 2) float
+        [mm].
+    triangles : (m, 3) int
+        Corners of each triangle.
+    half_edges : (j,) int
+        Half-edges that leave the node, from `topology.node_stars`.
+    x, y : float
+        Trial position of the node [mm].
+
+    Returns
+    -------
+    float
+        `triangles.quality`.
+    """
     worst = math.inf
     for h in half_edges:
         t, k = h // 3, h % 3
@@ -24,26 +41,29 @@ def worst_quality(nodes, triangles, half_edges, x, y):
 
 @kernel
 def smooth(nodes, triangles, offsets, half_edges, movable, least, sweeps):
-    """Move nodes of bad triangles to the mean of their neighbours, where that helps.
+    """Move nodes of triangles of low quality to the mean of their neighbours.
+
+    A node is moved only if the lowest quality of its triangles increases.
 
     Parameters
     ----------
     nodes : (n, 2) float
         Changed in place [mm].
     triangles : (m, 3) int
+        Corners of each triangle.
     offsets, half_edges
         From `topology.node_stars`.
     movable : (n,) bool
-        Nodes inside the body that may move.
+        Interior nodes that may move.
     least : float
-        `triangles.quality` below which a triangle is bad.
+        `triangles.quality` below which the nodes of a triangle are moved.
     sweeps : int
-        Over all nodes, at most.
+        Largest number of passes over all nodes.
 
     Returns
     -------
     (n,) bool
-        Which have moved: the worst triangle of each of them is better than before.
+        Whether each node has moved.
     """
     moved = np.zeros(len(nodes), np.bool_)
     for _ in range(sweeps):

@@ -1,4 +1,4 @@
-"""Stretches of material points."""
+"""Principal stretches of material points."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cfmpm._jit import kernel
 
 @kernel
 def extent(h):
-    """Return the largest stretch of a point, or the smallest inverted where that is larger.
+    """Return the largest principal stretch, or the inverse of the smallest if that is larger.
 
     Parameters
     ----------
@@ -19,8 +19,10 @@ def extent(h):
     Returns
     -------
     float
+        max(lambda_1, 1 / lambda_2) of the principal stretches lambda_1 >= lambda_2; at least 1.
     """
-    # Singular values of F: the lengths of its conformal and anticonformal parts, +-.
+    # Singular values of F: sum and difference of the magnitudes of its conformal and anticonformal
+    # parts.
     conformal = 0.5 * math.hypot(2.0 + h[0, 0] + h[1, 1], h[1, 0] - h[0, 1])
     other = 0.5 * math.hypot(h[0, 0] - h[1, 1], h[1, 0] + h[0, 1])
     return max(conformal + other, 1.0 / (conformal - other))
@@ -28,7 +30,7 @@ def extent(h):
 
 @kernel
 def largest_jump(before, after):
-    """Find by how much the stretch of any point has grown.
+    """Return the largest ratio of `extent` after and before a load step, over all points.
 
     Parameters
     ----------
@@ -38,7 +40,6 @@ def largest_jump(before, after):
     Returns
     -------
     float
-        Largest ratio of `extent`.
     """
     largest = 0.0
     for p in range(len(before)):

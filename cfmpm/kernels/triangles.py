@@ -1,4 +1,4 @@
-"""How good the shape of a triangle is."""
+"""Quality of the shape of triangles."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from cfmpm._jit import kernel
 
 @kernel
 def quality(ax, ay, bx, by, cx, cy):
-    """Return 4 sqrt(3) area over the sum of squared sides of a triangle.
+    """Return 4 sqrt(3) area / (sum of the squared sides) of a triangle.
 
     Parameters
     ----------
     ax, ay, bx, by, cx, cy : float
-        Its corners.
+        Corners of the triangle.
 
     Returns
     -------
     float
-        1 for an equilateral triangle, 0 for a flat one; negative where it is clockwise.
+        1 for an equilateral triangle, 0 for a degenerate one, negative for a clockwise one.
     """
     ux, uy = bx - ax, by - ay
     vx, vy = cx - ax, cy - ay
@@ -32,12 +32,14 @@ def quality(ax, ay, bx, by, cx, cy):
 
 @kernel
 def triangle_quality(nodes, triangles):
-    """Return the `quality` of triangles.
+    """Return the `quality` of each triangle.
 
     Parameters
     ----------
     nodes : (n, 2) float
+        [mm].
     triangles : (m, 3) int
+        Corners of each triangle.
 
     Returns
     -------

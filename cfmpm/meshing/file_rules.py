@@ -59,7 +59,7 @@ def broken_rules_of_file(
     if isinstance(scene.fracture.radii, list):
         for i, radius in enumerate(scene.fracture.radii):
             if radius > body.size:
-                reason = f"{radius:g} is larger than the body, {body.size:g}"
+                reason = f"{radius:g} mm is larger than the body, {body.size:g} mm"
                 yield Problem(reason, f"fracture.radii[{i}]")
 
 
@@ -106,7 +106,7 @@ def _line(mesh: FileMesh, nodes: Ints) -> list[tuple[float, float]]:
 
 
 def _overlapping_regions(mesh: FileMesh, scene: Scene) -> Iterator[Problem]:
-    """Triangles in two regions of the scene: nobody can say which material they have."""
+    """Find triangles in two regions of the scene: their material is ambiguous."""
     assert scene.mesh_file is not None
     owner = np.full(len(mesh.triangles), -1)
     regions = scene.mesh_file.regions
@@ -120,7 +120,7 @@ def _overlapping_regions(mesh: FileMesh, scene: Scene) -> Iterator[Problem]:
 
 
 def _held_tractions(mesh: FileMesh, scene: Scene, edges: Mapping[str, Ints]) -> Iterator[Problem]:
-    """Tractions on groups all of whose sides other groups hold: no name tells that."""
+    """Find tractions on groups of which every side also belongs to a group with a support."""
     for i, load in enumerate(scene.loads):
         pairs = edges.get(str(load.edge))
         if LOADS[load.kind].holds or pairs is None or not isinstance(load.value, tuple):
@@ -135,9 +135,9 @@ def _held_tractions(mesh: FileMesh, scene: Scene, edges: Mapping[str, Ints]) -> 
                     held.append(keys)
             if value != 0.0 and np.isin(mesh.keys(pairs), np.concatenate(held)).all():
                 yield Problem(
-                    f"{value:g} in {component} has no effect: loads[{holding[0]}], of the same "
-                    f"sides of the mesh, prescribes the displacement in {component} there, and "
-                    "carries it; leave one of them out",
+                    f"{value:g} in {component} has no effect: loads[{holding[0]}], on the same "
+                    f"sides of the mesh, prescribes the displacement in {component} there and "
+                    "carries it; remove one of them",
                     f"loads[{i}].{load.kind}",
                 )
 
@@ -162,7 +162,7 @@ def _cracks_that_meet(
                 )
                 yield Problem(reason, key)
             else:
-                yield Problem(f"crosses or touches {other}: not supported yet", key)
+                yield Problem(f"crosses or touches {other}, which is not supported", key)
 
 
 def _ends(pairs: Ints) -> tuple[int, int]:

@@ -56,11 +56,12 @@ def force_imbalance(body: Body, balance: Equilibrium) -> float:
     largest = max(float(np.hypot(*part)) for part in parts)
     moved = np.abs(balance.displacement).max(initial=0.0)
     scale = max(largest, FELT * float(body.materials.elastic.max()) * moved)
-    resultant = float(np.hypot(*acting.sum(axis=0)))
+    along_x, along_y = np.ascontiguousarray(acting.T)
+    resultant = math.hypot(along_x.sum(), along_y.sum())
     if not balance.finite:
-        arm = body.grid.nodes - body.grid.nodes.mean(axis=0)
-        moment = abs(float((arm[:, 0] * acting[:, 1] - arm[:, 1] * acting[:, 0]).sum()))
-        resultant = max(resultant, moment / float(np.hypot(*np.ptp(arm, axis=0))))
+        x, y = np.ascontiguousarray(body.grid.nodes.T)
+        moment = abs(float(((x - x.mean()) * along_y - (y - y.mean()) * along_x).sum()))
+        resultant = max(resultant, moment / body.grid.diagonal)
     return resultant / scale if scale > 0.0 else 0.0
 
 
@@ -103,7 +104,7 @@ def came_off(body: Body, step: int, known: list[Floats]) -> Iterator[str]:
     known : list of (2,) float
         Centres of those named already; new ones are added.
     """
-    reach = NEAR * float(np.hypot(*np.ptp(body.grid.nodes, axis=0)))
+    reach = NEAR * body.grid.diagonal
     for part in body.loading.holds.free_parts:
         x, y = part.centre
         if any(math.hypot(x - a, y - b) < reach for a, b in known):

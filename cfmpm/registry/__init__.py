@@ -1,1 +1,1 @@
-"""Tables of the words of a scene that stand for code: one line for each, open to other packages."""
+"""Tables of the words of a scene that select code; other packages can add words."""

@@ -1,4 +1,4 @@
-"""The criteria of fracture: where a crack turns to, and what is compared with its toughness."""
+"""Criteria of crack growth: its direction, and the driving force that is compared with g_c."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from cfmpm.registry.table import Registry
 
 @dataclass(frozen=True)
 class Criterion:
-    """A criterion as the scene knows it.
+    """A criterion for the direction of growth, or a driving force.
 
     Attributes
     ----------
     place : str
-        Of its code: a `fracture.criteria.protocols.Direction` or `DrivingForce`.
+        Place of its code: a `fracture.criteria.protocols.Direction` or `DrivingForce`.
     description : str
-        What ``cfmpm check`` calls it.
+        For ``cfmpm check``: completes "in the direction ...", or names the driving force.
     needs_k : bool
-        Whether it needs stress intensity factors, which finite deformation does not have.
+        Whether it needs stress intensity factors, which are not defined at finite deformation.
     """
 
     place: str
@@ -42,7 +42,7 @@ DIRECTIONS = Registry(
     },
 )
 
-# What cracks follow if a scene does not say, and where `G_kink` of stationary cracks points.
+# Default of growth.direction; also the direction of G_kink at stationary tips.
 DEFAULT_DIRECTION = "max_hoop"
 
 # Words of growth.criterion; other packages: entry points of the group cfmpm.driving_forces.

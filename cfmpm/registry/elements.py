@@ -1,4 +1,4 @@
-"""The background elements that ``mesh.element`` knows."""
+"""Background elements: the words of ``mesh.element``."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from cfmpm.registry.table import Registry
 
 @dataclass(frozen=True)
 class ElementEntry:
-    """An element by its word.
+    """Entry of an element.
 
     Attributes
     ----------
     description : str
-        How many material points a triangle has, for the schema.
+        Number of material points per triangle, for the schema.
     place : str
-        Of its `cfmpm.elements.record.Element`.
+        Place of its `cfmpm.elements.record.Element`.
     """
 
     description: str

@@ -1,4 +1,4 @@
-"""Constitutive laws: what the word ``material.law`` of a scene stands for."""
+"""Constitutive laws: the words of ``material.law``."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from cfmpm.registry.table import Registry
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant of a law, besides E and nu: a key of the material.
+    """A constant of a law in addition to E and nu; it is a key of the material.
 
     Attributes
     ----------
     name : str
+        The key, and the name of the argument of the kernels.
     description : str
-        With the unit.
+        Meaning and unit, for the schema.
     default : float or None
-        None where the law needs a value.
+        None if the law needs a value.
     above, least, below, most : float or None
-        What the value must be greater than, at least, less than, at most.
+        Limits: value > above, value >= least, value < below, value <= most.
     """
 
     name: str
@@ -33,20 +34,20 @@ class Constant:
 
 @dataclass(frozen=True)
 class Law:
-    """A constitutive law at finite deformation; at small strain every one is that of Hooke.
+    """A constitutive law at finite deformation; at small strain every law is Hooke's law.
 
     Attributes
     ----------
     description : str
-        What the word is, going on from it: "is Hencky elasticity with a yield stress".
+        Short description for the schema, such as "Hencky elasticity with a yield stress".
     code : str
-        Place of the module of its kernels; `cfmpm.kernels.laws` says what is in it.
+        Name of the module of its kernels; `cfmpm.kernels.laws` describes its contents.
     constants : tuple of Constant
-        Besides E and nu.
+        Constants in addition to E and nu.
     plastic : bool
-        Whether it flows, without change of volume, and keeps internal variables of that.
+        Whether the law has plastic flow, which preserves volume, and its internal variables.
     elliptic : bool
-        Whether it keeps its ellipticity at large stretches.
+        Whether the law is elliptic at all stretches.
     """
 
     description: str
@@ -57,22 +58,29 @@ class Law:
 
 
 _PLASTIC = (
-    Constant("yield_stress", "of j2 [MPa]", above=0),
-    Constant("hardening", "of j2: yield stress gained per plastic strain [MPa]", 0.0, least=0),
+    Constant("yield_stress", "von Mises yield stress of j2 [MPa]", above=0),
+    Constant(
+        "hardening",
+        "hardening modulus of j2: increase of yield stress per accumulated plastic strain [MPa]",
+        0.0,
+        least=0,
+    ),
 )
 LAWS = Registry(
     "law",
     {
         "hencky": Law(
-            "is the paper's, and loses ellipticity at stretches of 2 to 3",
+            "Hencky elasticity, as in the paper, which loses ellipticity at stretches of 2 to 3",
             "cfmpm.kernels.laws.hencky",
         ),
         "ciarlet": Law(
-            "is a neo-Hookean law that keeps it", "cfmpm.kernels.laws.ciarlet", elliptic=True
+            "neo-Hookean with U = (J^2 - 1 - 2 ln J) / 4, elliptic at all stretches",
+            "cfmpm.kernels.laws.ciarlet",
+            elliptic=True,
         ),
-        "neo_hookean": Law("has lambda/2 (ln J)^2 instead", "cfmpm.kernels.laws.neo_hookean"),
+        "neo_hookean": Law("neo-Hookean with U = (ln J)^2 / 2", "cfmpm.kernels.laws.neo_hookean"),
         "j2": Law(
-            "is Hencky elasticity with a yield stress",
+            "Hencky elasticity with von Mises yield stress and linear isotropic hardening",
             "cfmpm.kernels.laws.j2",
             _PLASTIC,
             plastic=True,

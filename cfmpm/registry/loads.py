@@ -1,4 +1,4 @@
-"""Kinds of loads and supports: each is a key of a load of a scene."""
+"""Kinds of loads and supports: each is a key of the loads of a scene."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ class LoadKind:
     Attributes
     ----------
     description : str
-        Of its key, with the unit.
+        Description of the key for the schema, with the unit.
     value : str
-        Place of the type of what the key holds, as pydantic takes it.
+        Place of the type of the value, an annotation for pydantic.
     code : str
-        Place of the function (value, place, grid) that makes it nodal values, an `Applied`.
+        Place of the function (value, place, grid) that returns its nodal values,
+        `body.applied.Applied`.
     places : tuple of str
-        Where it may act; empty for the whole body.
+        Keys of the places where it may act; empty if it acts on the whole body.
     unit : str
-        Of the components, for pictures.
+        Unit of the components, for figures.
     holds : bool
-        Whether it prescribes a displacement, which only the nodes inside a box get.
+        Whether it prescribes a displacement; in a box it then acts on the nodes inside only.
     """
 
     description: str
@@ -42,7 +43,7 @@ LOADS = Registry(
     "load",
     {
         "displacement": LoadKind(
-            "on an edge, a box or a point [mm]",
+            "displacement of an edge, a box or a point [mm]",
             "cfmpm.scene.components:Components",
             "cfmpm.body.load_kinds.displacement:apply",
             (EDGE, BOX, POINT),
@@ -50,21 +51,21 @@ LOADS = Registry(
             holds=True,
         ),
         "traction": LoadKind(
-            "on an edge or a box [MPa]",
+            "traction on an edge or a box [MPa]",
             _VECTOR,
             "cfmpm.body.load_kinds.traction:apply",
             (EDGE, BOX),
             "MPa",
         ),
         "force": LoadKind(
-            "on a point, per thickness [N/mm]",
+            "force on a point, per mm of thickness [N/mm]",
             _VECTOR,
             "cfmpm.body.load_kinds.force:apply",
             (POINT,),
             "N/mm",
         ),
         "body_force": LoadKind(
-            "in the whole body [N/mm^3]",
+            "body force in the whole body [N/mm^3]",
             _VECTOR,
             "cfmpm.body.load_kinds.body_force:apply",
             unit="N/mm³",

@@ -1,4 +1,4 @@
-"""The linear solvers that ``solver`` knows, in the order in which ``auto`` prefers them."""
+"""Linear solvers: the words of ``solver``, in the order in which ``auto`` prefers them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from cfmpm.registry.table import Registry
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """A linear solver by its word.
+    """Entry of a linear solver.
 
     Attributes
     ----------
     place : str
-        Of its `cfmpm.linear.engine.Engine`.
+        Place of its `cfmpm.linear.engine.Engine`.
     package : str
-        That has to be installed, by the name of its import and of pip; empty where none has to.
+        Name of the optional package that it needs, for import and pip; empty if it needs none.
     most_unknowns : float
-        Up to which ``auto`` takes it.
+        Largest number of unknowns for which ``auto`` chooses it.
     """
 
     place: str
@@ -27,19 +27,19 @@ class SolverEntry:
     most_unknowns: float = math.inf
 
 
-# Other packages: entry points of the group cfmpm.solvers; they are taken by name only, as auto
-# finds amg before them.
+# Other packages: entry points of the group cfmpm.solvers. They are used by name only: amg, which
+# has no limit, comes before them in the order of auto.
 SOLVERS = Registry(
     "solver",
     {
-        # Supernodal L L^T, as bundled in kvxopt; GPL, the extra "fast".
+        # Supernodal Cholesky factorisation L L^T, bundled in kvxopt; GPL, the extra "fast".
         "cholmod": SolverEntry("cfmpm.linear.cholmod:Cholmod", package="kvxopt"),
-        # Supernodal L D L^T; MIT.
+        # Supernodal factorisation L D L^T; MIT.
         "rslab": SolverEntry("cfmpm.linear.rslab:Rslab", package="rslab"),
-        # L U in symmetric mode, by SciPy. Measured: as fast as the multigrid at 100 000 unknowns,
-        # half as fast with 1.5 GB at 300 000.
+        # L U factorisation in symmetric mode, by SciPy. Measured: as fast as amg at 100 000
+        # unknowns, half as fast, with 1.5 GB, at 300 000.
         "superlu": SolverEntry("cfmpm.linear.superlu:SuperLU", most_unknowns=200_000),
-        # Conjugate gradients with smoothed aggregation, by PyAMG; least memory.
+        # Conjugate gradients with smoothed aggregation multigrid, by PyAMG; least memory.
         "amg": SolverEntry("cfmpm.linear.amg:Amg"),
     },
 )

@@ -1,4 +1,4 @@
-"""The families of specimens that ``family.kind`` knows."""
+"""Families of specimens: the words of ``family.kind``."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from cfmpm.registry.table import Registry
 
 @dataclass(frozen=True)
 class SpecimenEntry:
-    """A family of specimens by its word.
+    """Entry of a family of specimens.
 
     Attributes
     ----------
     place : str
-        Of its keys, a `cfmpm.scene.specimens.specimen.Specimen` whose ``kind`` is the word.
+        Place of its model, a `cfmpm.scene.specimens.specimen.Specimen` whose ``kind`` is the word.
     """
 
     place: str

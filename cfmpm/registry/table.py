@@ -1,4 +1,4 @@
-"""A table of words: what the package itself has, and what other packages add to it."""
+"""Table of the words of one kind; other packages can add words."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ Entry = TypeVar("Entry")
 
 
 class Registry(Mapping[str, Entry], Generic[Entry]):
-    """The words of one kind, such as the constitutive laws, in the order of their schema.
+    """Words of one kind, such as constitutive laws, with their entries, in the order of the schema.
 
-    Entries are plain data. Code that is slow to import (Numba, SciPy) is named in them by its
-    place, ``"package.module:name"``, and loaded by `load` when it is used.
+    Entries are plain data. They refer to code that is slow to import (Numba, SciPy) by its place,
+    ``"package.module:name"``; `load` imports it on first use.
 
     Parameters
     ----------
     kind : str
-        What a word stands for, for messages; ``cfmpm.<kind>s`` is the group of entry points.
+        Name of the kind for messages; ``cfmpm.<kind>s`` is the group of entry points.
     entries : mapping of str to Entry
-        The words of the package itself.
+        Words that the package defines.
 
     Notes
     -----
-    Another package adds a word by an entry point of the group, whose name is the word and which
-    points to an entry; a script adds one by `add`, before the first scene is read, since the models
-    of a scene are made from the words.
+    Another package adds a word by an entry point of the group: its name is the word, its object an
+    entry. A script calls `add` before the first scene is read, because the models of a scene are
+    made from the words.
     """
 
     def __init__(self, kind: str, entries: Mapping[str, Entry]) -> None:
@@ -39,12 +39,17 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
     def add(self, word: str, entry: Entry) -> None:
         """Add a word.
 
+        Parameters
+        ----------
+        word : str
+        entry : Entry
+
         Raises
         ------
         ValueError
-            Where the word is taken.
+            If the word is already in use.
         RuntimeError
-            Where the words have been read: it would be known to one part of the program only.
+            If the words have already been read: only a part of the program would know the new one.
         """
         if self._read:
             raise RuntimeError(f"{self.kind} {word}: add it before the first scene is read")
@@ -52,7 +57,7 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
     def _put(self, word: str, entry: Entry) -> None:
         if word in self._entries:
-            raise ValueError(f"{self.kind} {word}: there is one by that name already")
+            raise ValueError(f"{self.kind} {word}: this name is already in use")
         self._entries[word] = entry
 
     def _known(self) -> dict[str, Entry]:
@@ -76,13 +81,27 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
 @cache
 def _points() -> Any:
-    """All entry points that are installed, whose type depends on the version of Python."""
+    """Return all installed entry points; their type depends on the version of Python."""
     return entry_points()
 
 
 @cache
 def load(place: str) -> Any:
-    """Return what stands at a place, ``"package.module:name"``, and import it if needed.
+    """Import the object at a place.
+
+    Parameters
+    ----------
+    place : str
+        ``"package.module:name"``, or the name of a module.
+
+    Returns
+    -------
+    object
+
+    Raises
+    ------
+    ImportError, AttributeError
+        If there is no such module or name.
 
     Examples
     --------

@@ -1,7 +1,8 @@
-"""Scenes: the validated description of what is to be solved.
+"""Scenes: the validated description of a problem to be solved.
 
-What is listed here is imported on first use: the models of a scene take in those of other
-packages, which may themselves be the first to import a part of this one.
+Public names are imported on first use. The models of a scene include models that other packages
+register. Such a package may import a module of `cfmpm.scene` before the models are made; imports
+here at once would then be circular.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ from cfmpm.scene.quantities import (
     Name,
     Number,
     Point,
+    Text,
 )
 
 
@@ -36,12 +37,16 @@ def _vertex(value: Any) -> Any:
 
 
 class Vertex(Model):
-    """A corner of a closed line, and the edge from this corner to the next."""
+    """A corner of a closed line, and the side from this corner to the next."""
 
     at: Point = Field(description="coordinates [mm]")
-    edge: Name | None = Field(None, description="name of the edge from this corner to the next")
+    edge: Name | None = Field(
+        None, description="edge to which the side from this corner to the next belongs"
+    )
     through: Point | None = Field(
-        None, description="a point on the edge [mm], which makes the edge a circular arc"
+        None,
+        description="a third point of the side [mm]; with it the side is a circular arc, without "
+        "it a straight line",
     )
 
 
@@ -70,7 +75,7 @@ class Hole(Model):
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
         if (self.circle is None) == (self.polygon is None):
-            raise refusal("", "needs a circle or a polygon, and not both")
+            raise refusal("", "needs either a circle or a polygon")
         return self
 
 
@@ -84,59 +89,70 @@ class Region(Model):
 
 
 class Crack(Model):
-    """A crack; each end inside the body is a tip, each end on an edge or a hole is a mouth."""
+    """A crack; an end inside the body is a crack tip, an end on an edge or a hole a crack mouth."""
 
     name: Name | None = Field(None, description="name of the crack; default crack_1, crack_2 ...")
     points: list[Point] = Field(min_length=2, description="corners of the crack line [mm]")
     uncounted: Annotated[Number, Field(ge=0, le=LARGEST_LENGTH)] = Field(
         0.0,
-        description="length of the line from its first point on that crack_length leaves out [mm], "
-        "such as that from the edge to the load line of a compact tension specimen",
+        description="length from the first point that crack_length does not count [mm], such as "
+        "the distance from the edge to the load line of a compact tension specimen",
     )
 
 
 class Geometry(Model):
     """A plane body: outline, holes, cracks, regions.
 
-    Consecutive sides of the outline may share a name; together they are one edge.
+    Consecutive sides of the outline with the same name are one edge.
     """
 
     outline: list[Corner] = Field(
         min_length=2, description="corners of the outline, clockwise or anticlockwise"
     )
     holes: list[Hole] = Field([], description="circles or polygons without material")
-    cracks: list[Crack] = Field([], description="lines, each with one or two tips")
-    regions: list[Region] = Field([], description="parts of other materials")
+    cracks: list[Crack] = Field([], description="lines with up to two tips each")
+    regions: list[Region] = Field([], description="parts of the body with other materials")
 
 
 class MeshFile(Model):
     """A gmsh mesh of triangles in place of a geometry.
 
-    Format 1, 2 or 4, as text or binary. Physical groups are taken by their names, which may be any
-    text; one without a name is called curve_3 or surface_3 by its number. What no physical curve
-    names of the boundary is the edge boundary. The keys size, grading and hole_size of mesh have
-    no place beside it. A crack that is open in the file (lips of coincident nodes, as gmsh's
-    plugin Crack makes them) ends where its lips meet.
+    Format 1, 2 or 4, as text or binary. The names of physical groups may be any text; a group
+    without a name is called curve_3 or surface_3 by its number. Parts of the boundary without a
+    physical curve form the edge boundary. The keys size, grading and hole_size of mesh do not go
+    with a mesh file. A crack can be open in the file (two faces with coincident nodes, as gmsh's
+    plugin Crack makes them); its tip is the node at which its faces meet.
     """
 
-    file: str = Field(min_length=1, description="path of the .msh file")
-    folder: str = Field(
-        ".", description="folder of a relative path; itself relative to the scene file"
+    file: Text = Field(min_length=1, description="path of the .msh file")
+    folder: Text = Field(
+        ".", description="folder of a relative `file`; a relative folder starts at the scene file"
     )
-    sha256: str | None = Field(
+    sha256: Text | None = Field(
         None, description="SHA-256 of the file; filled in when the scene is read"
     )
     cracks: list[GroupName] = Field(
-        [], description="physical curves that are cracks, closed in the file or open"
+        [], description="physical curves that are cracks, open or closed in the file"
     )
     regions: list[Region] = Field([], description="materials of physical surfaces")
 
     def digest(self) -> str:
-        """SHA-256 of the current contents of the file."""
+        """Compute the SHA-256 of the current contents of the file.
+
+        Returns
+        -------
+        str
+            Hexadecimal digits.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be read.
+        """
         with open_file(self.path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property
     def path(self) -> str:
-        """Where the file is, once the scene has been read."""
+        """Path of the file; absolute after the scene has been read."""
         return os.path.join(self.folder, self.file)

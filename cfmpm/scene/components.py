@@ -19,5 +19,5 @@ class Components(Model):
     @model_validator(mode="after")
     def _something(self) -> Self:
         if self.x is None and self.y is None:
-            raise refusal("", "needs x or y or both; a component that is left out is free")
+            raise refusal("", "needs x or y or both; an omitted component is free")
         return self

@@ -1,4 +1,4 @@
-"""A scene file as plain data that remembers where each key stands."""
+"""YAML files as plain data with the line and column of each key, for error messages."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from cfmpm.errors import Problem, SceneError
 from cfmpm.input_file import MOST_TEXT, read_file
 
-# With this key in a config file, Snakemake takes its values for Python (YTE).
+# In a config file with this key, Snakemake runs values as Python code (YTE templates).
 RUNS_CODE = "__use_yte__"
 
 Key = tuple[str | int, ...]
 
-# Keys included. Reading takes about 40 microseconds and a kilobyte for each. A few aliases of
-# aliases can stand for billions.
+# Limit on the number of keys and values of a file; each takes about 40 microseconds and one
+# kilobyte to read. It is needed because a few nested YAML aliases can expand to billions.
 MOST_VALUES = 100_000
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where something was written: a line of a file, or an override."""
+    """Position of a key: line and column of a file (both from 1), or an override."""
 
     file: str
     line: int | None = None
@@ -38,21 +38,42 @@ class Place:
 
 @dataclass(frozen=True)
 class Document:
-    """Plain data, and the place of each key."""
+    """Plain data with the place of each key.
+
+    Attributes
+    ----------
+    data : object
+        Nested dictionaries, lists and scalars.
+    root : Place
+        Place of the whole document.
+    places : dict of Key to Place
+        Places of the keys that were read from a file or set by an override.
+    """
 
     data: Any
     root: Place
     places: dict[Key, Place] = field(default_factory=dict)
 
     def place(self, *key: str | int) -> Place:
-        """Where a key stands; of what was never in a file, the whole."""
+        """Return the place of a key; the place of the document for a key without one."""
         return self.places.get(key, self.root)
 
     def error(self, found: Iterable[tuple[Key, str]]) -> SceneError:
-        """The error for all reasons found, in the order in which their keys were written."""
+        """Make one error of all problems found.
+
+        Parameters
+        ----------
+        found : iterable of (Key, str)
+            Key and reason of each problem.
+
+        Returns
+        -------
+        SceneError
+            With the problems in the order of the file.
+        """
         problems = []
         for key, reason in found:
-            # A key that was left out has the place of the nearest key around it.
+            # A missing key takes the place of the innermost key that contains it.
             around = (key[:n] for n in range(len(key), 0, -1))
             place = next((self.places[k] for k in around if k in self.places), self.root)
             problems.append(Problem(reason, dotted(key), place.file, place.line, place.column))
@@ -61,14 +82,23 @@ class Document:
     def overridden(
         self, overrides: Mapping[str, Any], written: Mapping[str, Place] | None = None
     ) -> Document:
-        """The document with some values replaced.
+        """Return a copy of the document with some values replaced.
 
         Parameters
         ----------
-        overrides
-            Values by dotted keys.
-        written
-            Where overrides were written that stand in a file.
+        overrides : mapping of str to object
+            New values by dotted keys.
+        written : mapping of str to Place, optional
+            Places of those overrides that were read from a file, by dotted keys.
+
+        Returns
+        -------
+        Document
+
+        Raises
+        ------
+        SceneError
+            With every override whose key is malformed or leads to no entry of a list.
         """
         data, places, problems = self.data, dict(self.places), []
         written = written or {}
@@ -84,7 +114,7 @@ class Document:
                     Problem(str(error.args[0]), of, place.file, place.line, place.column)
                 )
                 continue
-            # What the override has made or replaced is its own from here on.
+            # Keys that the override made or replaced have the place of the override.
             places = {k: p for k, p in places.items() if k[: len(made)] != made}
             places[made] = place
         if problems:
@@ -93,7 +123,7 @@ class Document:
 
 
 def dotted(key: Key) -> str:
-    """Write a key.
+    """Write a key as text; the inverse of `parse_key`.
 
     Examples
     --------
@@ -104,7 +134,12 @@ def dotted(key: Key) -> str:
 
 
 def parse_key(text: str) -> Key:
-    """Read a key; LookupError says what is wrong with it.
+    """Read a dotted key.
+
+    Raises
+    ------
+    LookupError
+        If the text is not a dotted key; the first argument is the reason.
 
     Examples
     --------
@@ -119,7 +154,22 @@ def parse_key(text: str) -> Key:
 
 
 def parse_override(text: str) -> tuple[str, Any]:
-    """Read ``key=value`` as given on the command line; the value is YAML.
+    """Read ``key=value`` from the command line.
+
+    Parameters
+    ----------
+    text : str
+        Dotted key and value; the value is YAML.
+
+    Returns
+    -------
+    key : str
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If the text is not of this form or the value is not valid YAML.
 
     Examples
     --------
@@ -133,7 +183,14 @@ def parse_override(text: str) -> tuple[str, Any]:
 
 
 def read_document(path: Path) -> Document:
-    """Read a YAML file; whatever is wrong with it becomes a SceneError."""
+    """Read a YAML file.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is empty, is not valid YAML in UTF-8, or asks Snakemake to run
+        its values as code.
+    """
     file = str(path)
     try:
         text = read_file(path, MOST_TEXT).decode("utf-8-sig")
@@ -146,17 +203,32 @@ def read_document(path: Path) -> Document:
     if document.data is None:
         raise SceneError([Problem("the file is empty", file=file)])
     if isinstance(document.data, dict) and RUNS_CODE in document.data:
-        reason = "lets Snakemake run what the file says as code: take it out"
+        reason = "lets Snakemake run values of the file as code: remove the key"
         raise document.error([((RUNS_CODE,), reason)])
     return document
 
 
-# A workflow and its studies read the same few files hundreds of times.
+# Cached because a workflow and its studies read the same files hundreds of times.
 @lru_cache(maxsize=64)
 def parse_yaml(text: str, file: str) -> Document:
-    """Read YAML 1.2; syntax errors and repeated keys become a SceneError.
+    """Read YAML 1.2.
 
-    What it returns is shared with later calls for the same text and never changed.
+    Parameters
+    ----------
+    text : str
+        The YAML text.
+    file : str
+        Name of its source, for messages.
+
+    Returns
+    -------
+    Document
+        Shared between calls with the same arguments: do not modify its data.
+
+    Raises
+    ------
+    SceneError
+        With syntax errors, repeated keys, too many values, or nesting without end.
     """
     yaml = YAML(typ="safe", pure=True)
     yaml.Composer = _CountingComposer
@@ -179,7 +251,7 @@ def parse_yaml(text: str, file: str) -> Document:
 
 
 class _RefusedNodeError(Exception):
-    """A place from which reading does not go on."""
+    """A node at which reading stops."""
 
     def __init__(self, reason: str, start_mark: StringMark, key: Key = ()) -> None:
         self.reason, self.start_mark, self.key = reason, start_mark, key
@@ -187,7 +259,7 @@ class _RefusedNodeError(Exception):
 
 
 class _CountingComposer(Composer):
-    """Makes nodes of the text, and stops where there are too many."""
+    """Composes the nodes of the text; stops if there are more than `MOST_VALUES`."""
 
     count = 0
 
@@ -199,15 +271,20 @@ class _CountingComposer(Composer):
 
 
 def _count_values(node: Node, counts: dict[Node, int], key: Key) -> int:
-    """How many values a node stands for, its aliases in full, without expanding them.
+    """Count the values of a node, with each alias in full, without expanding the aliases.
 
     Parameters
     ----------
-    node
-    counts
-        Of the nodes that have been counted; 0 of those that are being counted.
-    key
-        Of the node.
+    node : Node
+    counts : dict of Node to int
+        Counts of nodes already visited; 0 marks a node whose count has begun, so that a node that
+        contains itself is found.
+    key : Key
+        Key of the node, for messages.
+
+    Returns
+    -------
+    int
     """
     if isinstance(node, ScalarNode):
         return 1
@@ -232,7 +309,7 @@ def _too_many() -> str:
 
 
 class _Reader:
-    """Turns YAML nodes into plain data, collecting places and problems."""
+    """Turns YAML nodes into plain data; collects places and problems."""
 
     def __init__(self, yaml: YAML, file: str) -> None:
         self.yaml = yaml
@@ -276,7 +353,7 @@ def _line(node: Node | _RefusedNodeError) -> tuple[int, int]:
 
 
 def _depth(data: Any, key: Key) -> int:
-    """How many mappings and lists `key` leads through before it needs a new one."""
+    """Count the existing mappings and lists along `key`."""
     for depth, part in enumerate(key):
         if isinstance(data, Mapping):
             data = data.get(part)
@@ -288,17 +365,19 @@ def _depth(data: Any, key: Key) -> int:
 
 
 def _replaced(data: Any, key: Key, value: Any) -> Any:
-    """A copy of `data` with one value replaced; mappings on the way are made where missing."""
+    """Return a copy of `data` with one value replaced; missing mappings along the key are made."""
     if not key:
         return value
     head, rest = key[0], key[1:]
     if isinstance(head, int):
         if not isinstance(data, list) or head >= len(data):
             length = len(data) if isinstance(data, list) else "no"
-            raise LookupError(f"there is no entry [{head}]: {length} entries are given, from [0]")
+            raise LookupError(
+                f"there is no entry [{head}]: {length} entries are given, counted from [0]"
+            )
         return [*data[:head], _replaced(data[head], rest, value), *data[head + 1 :]]
     if isinstance(data, list):
-        raise LookupError(f"{head} is looked for in a list; give an entry, such as [0]")
+        raise LookupError(f"{head} is a key, but this is a list: give an index, such as [0]")
     inner = dict(data) if isinstance(data, Mapping) else {}
     return inner | {head: _replaced(inner.get(head), rest, value)}
 

@@ -1,4 +1,4 @@
-"""A scene written out: specimens as geometry and loads, and default names for everything."""
+"""Expansion of a scene: specimens become geometry and loads, and every part gets a name."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ Named = TypeVar("Named", Vertex, Hole, Crack, Load)
 
 
 def expand(scene: Scene) -> Scene:
-    """Write a family as geometry and loads, and name all that has no name.
+    """Replace a family by its geometry and loads, and give default names to unnamed parts.
 
     Parameters
     ----------
-    scene
+    scene : Scene
         Any valid scene. Lengths in mm, tractions in MPa, forces in N/mm.
 
     Returns
     -------
     Scene
-        The same scene with `geometry` (or `mesh_file`) and `loads`, without `family`; every edge,
-        hole, crack and load has a name. Expanding it again changes nothing.
+        An equivalent scene with `geometry` (or `mesh_file`) and `loads`, without `family`; every
+        edge, hole, crack and load has a name. Expanding it again does not change it.
     """
     geometry, loads = scene.geometry, scene.loads
     if scene.family is not None:
@@ -41,14 +41,19 @@ def expand(scene: Scene) -> Scene:
 
 
 def key_as_written(scene: Scene, key: str) -> str:
-    """Turn a key of the expanded scene into the key the user has written.
+    """Convert a key of the expanded scene to a key of the scene file.
 
     Parameters
     ----------
-    scene
+    scene : Scene
         The scene before its expansion.
-    key
-        Such as ``geometry.cracks[0].points``.
+    key : str
+        A dotted key of the expanded scene, such as ``geometry.cracks[0].points``.
+
+    Returns
+    -------
+    str
+        The key that the user wrote, such as ``family.crack_length``.
     """
     if scene.family is None:
         return key
@@ -64,7 +69,7 @@ def key_as_written(scene: Scene, key: str) -> str:
 
 def _named(geometry: Geometry) -> Geometry:
     outline, holes, cracks = geometry.outline, geometry.holes, geometry.cracks
-    # Edges and holes are named alike in loads, so they share one set of names.
+    # A load names an edge or a hole by the same key, so both share one set of names.
     edges = _fill(
         [corner.edge for corner in outline] + [hole.name for hole in holes],
         [*_numbered("edge", outline), *_numbered("hole", holes)],
@@ -86,7 +91,7 @@ def _numbered(word: str, things: Sequence[object]) -> list[str]:
 
 
 def _fill(names: Sequence[str | None], defaults: Iterable[str]) -> list[str]:
-    """Put a default for every None; a default that is taken gets a number."""
+    """Replace each None by its default; a default already in use gets a number."""
     taken = {name for name in names if name is not None}
     filled = []
     for name, default in zip(names, defaults, strict=True):

@@ -1,6 +1,6 @@
-"""The body of a scene: its polygon, which crack ends are tips, and points put onto its boundary.
+"""The body of a scene: its polygon, its crack tips, and points snapped to its boundary.
 
-All functions take a scene with a geometry or a family; a mesh file has to be meshed first.
+The functions take a scene with a geometry or a family; with a mesh file they raise ValueError.
 """
 
 from __future__ import annotations
@@ -19,51 +19,61 @@ from cfmpm.scene.families import expand
 from cfmpm.scene.model import Scene
 from cfmpm.scene.shapes import XY, Side, ring, sides_of
 
-# Relative to the size of the body. Coordinates are typed with some seven digits, so that a crack
-# end nearer to the boundary than ON was meant to lie on it, and is put there. Between ON and CLEAR
-# nobody can say what was meant, and no grid could resolve it: the rules refuse it.
+# Distances relative to the size of the body. Coordinates are typed with about seven digits: a crack
+# end nearer to the boundary than ON is meant to lie on it, and is snapped to it. A distance between
+# ON and CLEAR is ambiguous and too small for the grid; `rules` refuses it.
 ON = 1e-6
 CLEAR = 1e-4
 
 
 @dataclass(frozen=True)
 class BodyShape:
-    """A geometry with all names, whose closed lines are sound.
+    """Shapes of a geometry with all names, whose closed lines are valid.
 
-    The polygons have chords in place of arcs, off by at most 1e-5 radii; distances to the boundary
-    are exact.
+    Polygons have chords in place of arcs, with an error of at most 1e-5 of the radius; distances
+    to the boundary are exact. Lengths are in mm.
+
+    Attributes
+    ----------
+    geometry : Geometry
     """
 
     geometry: Geometry
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        """The body of a scene with a geometry or a family."""
+        """Make the shapes of a scene with a geometry or a family.
+
+        Raises
+        ------
+        ValueError
+            If the scene has a mesh file.
+        """
         return cls(geometry_of(scene))
 
     @cached_property
     def outline(self) -> Polygon:
-        """What the outline encloses, holes included."""
+        """Polygon of the outline, holes included."""
         return polygon_of(self.geometry.outline)
 
     @cached_property
     def holes(self) -> dict[str, Polygon]:
-        """Each hole by its name."""
+        """Polygons of the holes by name."""
         return {str(hole.name): polygon_of(shape_of(hole)) for hole in self.geometry.holes}
 
     @cached_property
     def polygon(self) -> BaseGeometry:
-        """The body without its holes."""
+        """Area of the body: the outline less the holes."""
         return self.outline.difference(unary_union(list(self.holes.values())))
 
     @cached_property
     def size(self) -> float:
-        """The longer side of the box around the outline [mm]."""
+        """Longer side of the bounding box of the outline [mm]."""
         return body_size(self.geometry)
 
     @cached_property
     def sides(self) -> list[tuple[str, Side]]:
-        """All sides of the boundary with the names of their edges."""
+        """Sides of the outline and of the holes, each with the name of its edge."""
         outline = self.geometry.outline
         named = [(str(v.edge), side) for v, side in zip(outline, sides_of(outline), strict=True)]
         for hole in self.geometry.holes:
@@ -72,12 +82,12 @@ class BodyShape:
 
     @cached_property
     def cracks(self) -> dict[str, LineString]:
-        """Each crack by its name, its mouths exactly on the boundary."""
+        """Lines of the cracks by name; crack mouths are snapped to the boundary."""
         return {str(c.name): LineString(self.snapped(c.points)) for c in self.geometry.cracks}
 
     @cached_property
     def tips(self) -> list[tuple[str, int, XY]]:
-        """The crack ends inside the body, as `tip_points` gives them."""
+        """Crack tips, as returned by `tip_points`."""
         return [
             (str(crack.name), index, crack.points[index])
             for crack in self.geometry.cracks
@@ -86,7 +96,22 @@ class BodyShape:
         ]
 
     def nearest(self, point: XY) -> tuple[str, XY, float]:
-        """Name of the nearest edge, the nearest point on it, and the distance [mm]."""
+        """Find the point of the boundary nearest to a point.
+
+        Parameters
+        ----------
+        point : (float, float)
+            [mm].
+
+        Returns
+        -------
+        edge : str
+            Name of its edge.
+        nearest : (float, float)
+            [mm].
+        distance : float
+            [mm].
+        """
         found = ((name, side.nearest(point)) for name, side in self.sides)
         name, at, distance = min(
             ((name, at, math.dist(at, point)) for name, at in found), key=lambda f: f[2]
@@ -94,24 +119,37 @@ class BodyShape:
         return name, at, distance
 
     def is_on_boundary(self, point: XY) -> bool:
-        """Whether a point counts as on the boundary: nearer than `ON` times the size."""
+        """Whether a point is within `ON` times the size of the body from the boundary."""
         return self.nearest(point)[2] <= ON * self.size
 
     def snap(self, point: XY) -> XY:
-        """Put a point that counts as on the boundary onto it, at a corner if one is as near."""
+        """Snap a point on the boundary within the tolerance `ON` to the boundary.
+
+        Parameters
+        ----------
+        point : (float, float)
+            [mm].
+
+        Returns
+        -------
+        (float, float)
+            The nearest corner if it is within the tolerance, otherwise the nearest point of the
+            boundary; the point itself if it is not on the boundary [mm].
+        """
         corner = min((side.start for _, side in self.sides), key=lambda at: math.dist(at, point))
         if math.dist(corner, point) <= ON * self.size:
             return corner
         return self.nearest(point)[1] if self.is_on_boundary(point) else point
 
     def snapped(self, points: list[XY]) -> list[XY]:
-        """The line of a crack with its mouths put onto the boundary."""
+        """Return the points of a crack with its mouths snapped to the boundary [mm]."""
         return [self.snap(points[0]), *points[1:-1], self.snap(points[-1])]
 
     def snapped_regions(self) -> list[Region]:
-        """The regions, with corners that count as on a line put onto it.
+        """Return the regions with their corners snapped to adjacent lines.
 
-        The lines are the boundary, then cracks, then the regions before.
+        A corner within `ON` times the size of the body from a line is moved onto it. The lines are,
+        in the order of precedence, the boundary, the cracks, and the borders of earlier regions.
         """
         lines = [
             [Side(a, b) for a, b in pairwise(self.snapped(crack.points))]
@@ -130,7 +168,7 @@ class BodyShape:
         return found
 
     def _onto(self, point: XY, lines: list[list[Side]]) -> XY:
-        """Put a corner of a region onto the boundary or one of the lines, at a corner if near."""
+        """Snap a corner of a region to the boundary or one of the lines, corners first."""
         on = ON * self.size
         if self.is_on_boundary(point):
             return self.snap(point)
@@ -147,7 +185,13 @@ class BodyShape:
 
 
 def geometry_of(scene: Scene) -> Geometry:
-    """The geometry of a scene with a geometry or a family, with all names."""
+    """Return the geometry of a scene with a geometry or a family, with all names.
+
+    Raises
+    ------
+    ValueError
+        If the scene has a mesh file.
+    """
     geometry = expand(scene).geometry
     if geometry is None:
         raise ValueError(f"scene {scene.name}: a mesh file has no geometry before it is read")
@@ -155,34 +199,75 @@ def geometry_of(scene: Scene) -> Geometry:
 
 
 def body_size(geometry: Geometry) -> float:
-    """The longer side of the box around the outline [mm]."""
+    """Return the longer side of the bounding box of the outline [mm]."""
     x_min, y_min, x_max, y_max = polygon_of(geometry.outline).bounds
     return float(max(x_max - x_min, y_max - y_min))
 
 
 def body_polygon(scene: Scene) -> BaseGeometry:
-    """The body without its holes, arcs as chords that are off by at most 1e-5 radii [mm]."""
+    """Return the area of the body: the outline less the holes.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a geometry or a family.
+
+    Returns
+    -------
+    shapely.Polygon or shapely.MultiPolygon
+        With chords in place of arcs, with an error of at most 1e-5 of the radius [mm].
+
+    Raises
+    ------
+    ValueError
+        If the scene has a mesh file.
+    """
     return BodyShape.of(scene).polygon
 
 
 def tip_points(scene: Scene) -> list[tuple[str, int, XY]]:
-    """The crack ends inside the body.
+    """Return the crack tips: the crack ends inside the body.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a geometry or a family.
 
     Returns
     -------
-    list of (name, index, point)
-        Name of the crack; 0 for its first point, -1 for its last; coordinates [mm]. An end that
-        is nearer to the boundary than `ON` times the size of the body is a mouth and left out.
+    list of (str, int, (float, float))
+        Name of the crack; 0 for its first point, -1 for its last; coordinates [mm]. An end within
+        `ON` times the size of the body from the boundary is a crack mouth and not returned.
+
+    Raises
+    ------
+    ValueError
+        If the scene has a mesh file.
     """
     return BodyShape.of(scene).tips
 
 
 def snap(scene: Scene) -> Scene:
-    """Expand the scene and put crack mouths and load points exactly onto the boundary.
+    """Expand the scene and snap crack mouths and load points to the boundary.
 
-    Corners of regions are put onto cracks and other regions, too. A point within `ON` times the
-    size of the body goes to the nearest corner within that distance, or else to the nearest point
-    of a side; any other point stays.
+    Corners of regions are also snapped to cracks and to other regions. The tolerance is `ON` times
+    the size of the body. A point is moved to a corner within the tolerance, otherwise to the
+    nearest point of a side within the tolerance; other points are not moved.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a geometry or a family.
+
+    Returns
+    -------
+    Scene
+        Expanded.
+
+    Raises
+    ------
+    ValueError
+        If the scene has a mesh file.
     """
     body = BodyShape.of(scene)
     cracks = [
@@ -200,10 +285,10 @@ def snap(scene: Scene) -> Scene:
 
 
 def shape_of(part: Hole | Region) -> Circle | list[Vertex]:
-    """The circle or the corners of a hole or a region."""
+    """Return the circle or the corners of a hole or a region."""
     return part.circle or part.polygon or []
 
 
 def polygon_of(shape: Circle | list[Vertex]) -> Polygon:
-    """What a closed line encloses."""
+    """Return the area inside a closed line, with chords in place of arcs."""
     return Polygon(ring(sides_of(shape)))

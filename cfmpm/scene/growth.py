@@ -20,23 +20,28 @@ from cfmpm.scene.quantities import (
     Length,
     Number,
     Positive,
+    is_whole,
 )
 
 
 class Fracture(Model):
-    """What is evaluated at the crack tips."""
+    """Evaluation of configurational force, J, K and T at the crack tips."""
 
     radii: Annotated[
         Annotated[CountBesideList, Field(ge=1, le=20), Tag("(count)")]
         | Annotated[list[Length], Field(min_length=1, max_length=20), Tag("(list)")],
         Discriminator(list_or_count),
-    ] = Field(1, description="domain radii [mm], or their number; the spread needs at least two")
+    ] = Field(
+        1,
+        description="domain radii [mm], or their number; the spread over the radii needs at least "
+        "two",
+    )
     refine: Length | None = Field(
         None,
-        description="largest element size at a growing tip [mm]: before each release larger "
-        "elements around the tip are halved; the limit grows by 0.3 of the distance from the tip. "
-        "Default with mesh.grading: auto: a tenth of mesh.size or a twentieth of the crack length; "
-        "otherwise no refinement",
+        description="largest element size at a growing tip [mm]: before each segment release, "
+        "larger elements around the tip are bisected; the limit increases by 0.3 times the "
+        "distance from the tip. Default with mesh.grading: auto: a tenth of mesh.size or a "
+        "twentieth of the crack length; otherwise no refinement",
     )
 
     @model_validator(mode="after")
@@ -47,32 +52,33 @@ class Fracture(Model):
 
 
 def _order(value: Any) -> Any:
-    if isinstance(value, bool) or value not in (1, 2):
+    if not is_whole(value) or value not in (1, 2):
         raise ValueError("must be 1 or 2")
     return value
 
 
 class Growth(Model):
-    """How the cracks grow."""
+    """Control, criterion and direction of crack growth."""
 
     control: Literal["load", "crack", "fatigue"] = Field(
         "load",
-        description="load: at the load of the scene, until no tip meets the criterion; crack: each "
-        "increment at the load at which the criterion is just met; fatigue: under cyclic load "
-        "with the load of the scene as its maximum, until a tip meets the criterion",
+        description="load: growth at the load of the scene until no tip meets the criterion; "
+        "crack: the load of each increment is the one at which the criterion is just met; fatigue: "
+        "growth under cyclic load, with the load of the scene as its maximum, until a tip meets "
+        "the criterion",
     )
     criterion: Annotated[str, OneOf(DRIVING_FORCES)] = Field(
         "energy_release_rate",
-        description="driving force that is compared with g_c; cf_norm is the paper's",
+        description="driving force that is compared with g_c; cf_norm is that of the paper",
     )
     direction: Annotated[str, OneOf(DIRECTIONS)] = Field(
-        DEFAULT_DIRECTION, description="direction of crack growth; cf is the paper's"
+        DEFAULT_DIRECTION, description="direction of crack growth; cf is that of the paper"
     )
     order: Annotated[Literal[1, 2], BeforeValidator(_order)] = Field(
         1,
-        description="1: segments along the tangent of the path, as in the paper; 2: along its "
-        "secant, extrapolated from the last two tangents: more accurate on smooth curves, but "
-        "oscillates on straight paths and close to holes",
+        description="1: segments along the tangent of the crack path, as in the paper; 2: along "
+        "its secant, extrapolated from the last two tangents; more accurate on smooth curves, but "
+        "it oscillates on straight paths and near holes",
     )
     tips: Literal["all", "largest"] = Field(
         "all",
@@ -81,8 +87,9 @@ class Growth(Model):
     )
     transfer: Literal["domains", "paper"] = Field(
         "domains",
-        description="integration where the grid has moved: over the exact parts of the domains of "
-        "the material points, or, as in the paper, at the points with unchanged volume",
+        description="integration where nodes have moved: domains: over the exact intersections of "
+        "the domains of the material points with the triangles; paper: at the material points "
+        "with unchanged volume, as in the paper",
     )
     increments: Annotated[Count, Field(ge=1, le=100_000)] = Field(
         500, description="largest number of increments"
@@ -90,7 +97,7 @@ class Growth(Model):
 
 
 class Fatigue(Model):
-    """Paris' law, for cycles of load between load_ratio and one times the loads of the scene."""
+    """Paris' law, for cycles between load_ratio times the loads of the scene and these loads."""
 
     C: Positive = Field(
         description="factor of da/dN = C dK^m [mm/cycle / (MPa mm^0.5)^m]; to convert from m/cycle "

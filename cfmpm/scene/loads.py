@@ -30,7 +30,7 @@ def _box(value: Any) -> Any:
 
 
 class LoadKeys(Model):
-    """Keys of all loads: a name, a place, and one kind of `registry.loads`."""
+    """Keys of all loads: a name, a place, and one kind of load of `registry.loads`."""
 
     name: Name | None = Field(
         None, description="name of the load; default: the edge's name, or load_1, load_2 ..."
@@ -40,8 +40,8 @@ class LoadKeys(Model):
     )
     box: Annotated[tuple[Point, Point], BeforeValidator(_box)] | None = Field(
         None,
-        description="two opposite corners [mm]: the part of the boundary inside; crack faces are "
-        "no place for loads",
+        description="two opposite corners of a box [mm]: the part of the boundary inside it; crack "
+        "faces in it are neither loaded nor held",
     )
     point: Point | None = Field(
         None, description="coordinates of a point [mm]; the grid gets a node there"
@@ -49,12 +49,12 @@ class LoadKeys(Model):
 
     @property
     def kind(self) -> str:
-        """The word of `registry.loads` for what is prescribed."""
+        """Kind of load, a word of `registry.loads`."""
         return next(word for word in LOADS if getattr(self, word) is not None)
 
     @property
     def value(self) -> Any:
-        """The prescribed value, of the type that its kind takes."""
+        """Prescribed value, of the type that belongs to the kind."""
         return getattr(self, self.kind)
 
     @model_validator(mode="after")
@@ -79,7 +79,7 @@ class LoadKeys(Model):
 if TYPE_CHECKING:
 
     class Load(LoadKeys):
-        """A load with the kinds of the package itself."""
+        """A load, with the kinds that the package defines."""
 
         displacement: Components | None = None
         traction: Vector | None = None
@@ -91,10 +91,10 @@ else:
         "Load",
         __base__=LoadKeys,
         __module__=__name__,
-        __doc__="""One load or support: a place (edge, box or point) and what is prescribed there.
+        __doc__="""One load or support: a place (edge, box or point) and a prescribed quantity.
 
-    A displacement goes with any place, a traction with an edge or a box, a force with a point; a
-    body force has no place.
+    A displacement acts on an edge, a box or a point, a traction on an edge or a box, a force on a
+    point, and a body force on the whole body.
     """,
         **{
             word: (load(kind.value) | None, Field(None, description=kind.description))

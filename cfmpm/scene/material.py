@@ -20,7 +20,7 @@ from cfmpm.scene.quantities import (
 
 
 class MaterialKeys(Model):
-    """Keys of all materials; the laws of `registry.laws` add their constants."""
+    """Keys of all materials; the laws of `registry.laws` add the keys of their constants."""
 
     E: Positive = Field(description="Young's modulus [MPa]")
     nu: Annotated[Number, Field(gt=-1, lt=0.5)] = Field(description="Poisson's ratio")
@@ -44,7 +44,7 @@ class MaterialKeys(Model):
 
 
 def _constants() -> dict[str, Constant]:
-    """The constants of all laws by their names; laws may share one, with the same limits."""
+    """Return the constants of all laws by name; laws that share a name must agree on its limits."""
     found: dict[str, Constant] = {}
     for law in LAWS.values():
         for constant in law.constants:
@@ -58,7 +58,7 @@ def _constants() -> dict[str, Constant]:
 
 
 def _of_flow(name: str) -> bool:
-    """Whether only plastic laws have a constant."""
+    """Whether the constant of this name belongs to plastic laws only."""
     return all(
         law.plastic or name not in {constant.name for constant in law.constants}
         for law in LAWS.values()
@@ -66,7 +66,7 @@ def _of_flow(name: str) -> bool:
 
 
 def _field(constant: Constant) -> Any:
-    """Type and field of a constant."""
+    """Return the type and the field of a constant, for `pydantic.create_model`."""
     limits = {"gt": constant.above, "ge": constant.least, "lt": constant.below, "le": constant.most}
     given: dict[str, Any] = {key: value for key, value in limits.items() if value is not None}
     kind: Any = Annotated[Number, Field(**given)] if given else Number
@@ -78,7 +78,7 @@ def _field(constant: Constant) -> Any:
 if TYPE_CHECKING:
 
     class Material(MaterialKeys):
-        """A material with any law."""
+        """A material with one of the registered laws."""
 
 else:
     Material = create_model(
@@ -90,8 +90,8 @@ else:
             Literal[tuple(LAWS)],
             Field(
                 "hencky",
-                description="at finite deformation: "
-                + "; ".join(f"{word} {law.description}" for word, law in LAWS.items()),
+                description="law at finite deformation, with the volumetric energy lambda U(J): "
+                + "; ".join(f"{word}: {law.description}" for word, law in LAWS.items()),
             ),
         ),
         **{name: _field(constant) for name, constant in _constants().items()},

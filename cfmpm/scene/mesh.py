@@ -26,7 +26,7 @@ class Grading(Model):
     """Element size min(size, tip_size + growth r) at distance r from the nearest crack tip."""
 
     tip_size: Length = Field(description="element size at a crack tip [mm]")
-    growth: Positive = Field(0.3, description="element size per distance from the tip")
+    growth: Positive = Field(0.3, description="increase of element size per distance from the tip")
 
 
 def _numbers_or_word(value: Any) -> str:
@@ -57,14 +57,16 @@ class Mesh(Model):
         Discriminator(_numbers_or_word),
     ] = Field(
         "auto",
-        description="element size near crack tips: uniform, or tip_size and growth, or auto: "
-        "tip_size = size / 300 and growth = 0.4 at a stationary tip, size / 10 and 0.3 at a "
-        "growing tip, and smaller elements at tips with little clearance",
+        description="element size near crack tips: uniform: no grading; tip_size and growth; or "
+        "auto: tip_size = size / 300 and growth = 0.4 at a stationary tip, size / 10 and 0.3 at a "
+        "growing tip, and smaller at a short crack and at a tip close to the boundary or another "
+        "crack",
     )
     hole_size: Length | None = Field(
         None,
-        description="element size at holes [mm], such as a third of the ligament that a crack will "
-        "pass through; it grows with the distance from holes as from tips",
+        description="element size at holes [mm], such as a third of the ligament between the hole "
+        "and an approaching crack; it increases with the distance from the hole as it does from a "
+        "tip",
     )
 
     @model_validator(mode="after")

@@ -1,7 +1,7 @@
-"""The description of one scene as typed, frozen models.
+"""The description of one scene as typed, immutable models.
 
-Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. A scene is read from YAML by
-:mod:`cfmpm.scene.reading`; conditions on several fields are checked by :mod:`cfmpm.scene.rules`.
+Units throughout: mm, N, MPa, N/mm; forces are per mm of thickness. :mod:`cfmpm.scene.reading` reads
+a scene from YAML; :mod:`cfmpm.scene.rules` checks conditions on several fields.
 """
 
 from __future__ import annotations
@@ -31,9 +31,11 @@ from cfmpm.scene.mesh import Mesh
 from cfmpm.scene.quantities import (
     Count,
     CountBesideList,
+    Flag,
     Length,
     Name,
     Number,
+    Text,
 )
 from cfmpm.scene.specimens.specimen import Specimen
 
@@ -53,73 +55,75 @@ def _one_after_the_other(factors: list[float]) -> list[float]:
 
 
 class Updated(Model):
-    """How the updated Lagrangian formulation resets its grid."""
+    """Options of the updated Lagrangian formulation, which resets its grid."""
 
     grid: Literal["fixed", "following"] = Field(
         "fixed",
-        description="fixed: the grid returns to its initial position after every load step, as in "
+        description="fixed: the grid is reset to its initial position after every load step, as in "
         "the paper; following: boundary, crack faces and tips of the grid move with the material, "
-        "and the interior is smoothed where triangles are distorted (needs mesh.element: T3)",
+        "and interior nodes are smoothed where triangles are distorted (needs mesh.element: T3)",
     )
     integration: Literal["points", "domains"] = Field(
         "points",
         description="points: at the material points with their volumes, as in the paper; domains: "
-        "over the exact parts of the domains of the points in the triangles of the grid (needs "
-        "mesh.element: T3 and a law other than j2)",
+        "over the exact intersections of the domains of the material points with the triangles "
+        "(needs mesh.element: T3 and an elastic law)",
     )
     ghost: Annotated[Number, Field(ge=0)] = Field(
         0.0,
-        description="stabilisation of triangles that hold little material: this factor times E h^2 "
-        "times the squared jump of the normal gradient across their sides; 0.1 is enough; needs "
-        "mesh.element: T3",
+        description="stabilisation of triangles that contain little material: this factor times "
+        "E h^2 times the squared jump of the normal displacement gradient across their sides; 0.1 "
+        "is enough; needs mesh.element: T3",
     )
     smooth_below: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.2,
-        description="a following grid is smoothed where the quality of a triangle is below this "
-        "(1: equilateral, 0: flat); 1 smooths after every step, 0 never",
+        description="triangle quality below which a following grid is smoothed (1: equilateral, "
+        "0: degenerate); 1 smooths after every step, 0 never",
     )
     margin: Length | None = Field(
         None,
-        description="width of the margin of a fixed grid, into which the body can move [mm]; "
-        "default from the prescribed displacement",
+        description="width of the margin of a fixed grid around the body, into which the body can "
+        "move [mm]; default: from the prescribed displacement",
     )
 
 
 class Output(Model):
     """Files written in addition to the history."""
 
-    fields: bool = Field(
+    fields: Flag = Field(
         False,
-        description="write displacement, stress and configurational force on the grid at the end: "
+        description="write displacement, stress and configurational force at the last step to "
         "fields.nc",
     )
     every: Annotated[Count, Field(ge=1)] | None = Field(
         None,
-        description="write the same fields at the first step, then at every n-th step, and at the "
-        "last: fields_0001.nc ..., with their table, fields_index.nc",
+        description="write the same fields at the first, every n-th and the last step to "
+        "fields_0001.nc ..., and a table of these files to fields_index.nc",
     )
 
 
 class Scene(Model):
     """One scene: a body with its cracks, material, loads and grid.
 
-    Exactly one of `geometry`, `family` and `mesh_file` gives the body. A family also gives the
-    loads, when its load parameter is set and `loads` is empty.
+    Exactly one of `geometry`, `family` and `mesh_file` defines the body. A family also defines the
+    loads if its load parameter is given and `loads` is empty.
     """
 
-    name: Name = Field(description="name of the scene, and of its folder in results")
-    description: str = Field("", description="one line of text for the summary")
-    geometry: Geometry | None = Field(None, description="the body by outline, holes and cracks")
-    family: Family | None = Field(None, description="the body as a specimen with parameters")
-    mesh_file: MeshFile | None = Field(None, description="the body as a mesh of gmsh")
-    material: Material = Field(description="material of the body outside of regions")
+    name: Name = Field(description="name of the scene and of its folder of results")
+    description: Text = Field("", description="one line of text for the summary")
+    geometry: Geometry | None = Field(
+        None, description="the body, by its outline, holes, cracks and regions"
+    )
+    family: Family | None = Field(None, description="the body, as a specimen with parameters")
+    mesh_file: MeshFile | None = Field(None, description="the body, as a gmsh mesh")
+    material: Material = Field(description="material of the body outside the regions")
     plane: Literal["strain", "stress"] = Field("strain", description="plane strain or stress")
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
-        description="small: one linear solve; finite: finite deformation, solved in load steps; "
-        "auto: small, unless finite deformation would change the energy or J by more than 1 % "
-        "(finite_effect, finite_effect_J); under plane stress or growth auto keeps small strain "
-        "and warns",
+        description="small: small strain, one linear solve; finite: finite deformation, solved in "
+        "load steps; auto: small strain, unless finite deformation would change the energy or J by "
+        "more than 1 % (finite_effect, finite_effect_J); under plane stress or with growth, auto "
+        "keeps small strain and warns",
     )
     formulation: Literal["total", "updated"] = Field(
         "total",
@@ -127,7 +131,9 @@ class Scene(Model):
         "after every load step, as in the paper",
     )
     updated: Updated = Field(Updated(), description="options of formulation: updated")
-    loads: list[Load] = Field([], description="loads and supports; empty where a family has them")
+    loads: list[Load] = Field(
+        [], description="loads and supports; empty if the family defines them"
+    )
     load_steps: Annotated[
         Annotated[CountBesideList, Field(ge=1, le=100_000), Tag("(count)")]
         | Annotated[
@@ -139,16 +145,19 @@ class Scene(Model):
         Discriminator(list_or_count),
     ] = Field(
         1,
-        description="number of equal load steps, or the load factors in their order; each is "
+        description="number of equal load steps, or list of load factors in their order; each is "
         "recorded. Intermediate steps are added as needed",
     )
     mesh: Mesh = Field(Mesh(), description="the background grid")
     solver: Annotated[str, OneOf(("auto", *SOLVERS))] = Field(
         "auto",
-        description="linear solver; auto: the fastest installed one; superlu and amg always are",
+        description="linear solver; auto: the fastest one installed; superlu and amg are always "
+        "installed",
     )
-    fracture: Fracture = Field(Fracture(), description="what is evaluated at crack tips")
-    growth: Growth | None = Field(None, description="crack growth; without it cracks do not grow")
+    fracture: Fracture = Field(Fracture(), description="evaluation at crack tips")
+    growth: Growth | None = Field(
+        None, description="crack growth; without this key cracks are stationary"
+    )
     fatigue: Fatigue | None = Field(None, description="Paris' law, for growth.control: fatigue")
     output: Output = Field(Output(), description="files written in addition to the history")
 
@@ -167,7 +176,7 @@ class Scene(Model):
                 raise refusal("loads", "no load: nothing is prescribed")
         elif self.loads and self.family.load is not None:
             key = self.family.load_key
-            raise refusal(f"family.{key}", "is a load already; leave it out or leave out `loads`")
+            raise refusal(f"family.{key}", "is a load already; omit it or omit `loads`")
         elif not self.loads and self.family.load is None:
             key = self.family.load_key
             raise refusal("loads", f"no load: give family.{key}, or a list of loads")

@@ -1,4 +1,4 @@
-"""From a file or a dictionary to a checked scene, and back to plain data."""
+"""Read and check scenes from files and dictionaries, and write them as plain data."""
 
 from __future__ import annotations
 
@@ -24,11 +24,15 @@ def load_scene(path: str | os.PathLike[str], overrides: Mapping[str, Any] | None
 
     Parameters
     ----------
-    path
+    path : path-like
         A YAML file; units are mm, N, MPa, N/mm.
-    overrides
+    overrides : mapping of str to object, optional
         Values that replace those of the file, by dotted key: ``{"loads[0].traction": [0, 5]}``.
         For ``key=value`` from a command line see :func:`cfmpm.scene.parse_override`.
+
+    Returns
+    -------
+    Scene
 
     Raises
     ------
@@ -49,14 +53,18 @@ def scene_from_dict(
 
     Parameters
     ----------
-    data
-        What a scene file would hold.
-    source
-        What to call the data in problems.
-    overrides
+    data : mapping of str to object
+        Contents of a scene file.
+    source : str
+        Name of the data in error messages.
+    overrides : mapping of str to object, optional
         As for :func:`load_scene`.
-    folder
-        Where the relative path of a mesh file starts; default: the working directory.
+    folder : path-like
+        Start of a relative path of a mesh file; default: the working directory.
+
+    Returns
+    -------
+    Scene
 
     Raises
     ------
@@ -73,14 +81,23 @@ def placed(
     path: str | os.PathLike[str],
     overrides: Mapping[str, Any] | None = None,
 ) -> SceneError:
-    """Give problems that turned up after reading, on the grid, their place in the scene file.
+    """Add places in the scene file to problems that were found after reading, on the grid.
 
     Parameters
     ----------
-    error
-        Whose problems have keys of the expanded scene.
-    scene
-        As `load_scene` returned it for `path` and `overrides`.
+    error : SceneError
+        Its problems have keys of the expanded scene.
+    scene : Scene
+        As returned by `load_scene` for `path` and `overrides`.
+    path : path-like
+        The scene file.
+    overrides : mapping of str to object, optional
+        As for :func:`load_scene`.
+
+    Returns
+    -------
+    SceneError
+        The same problems with file, line and column.
     """
     document = read_document(Path(path)).overridden(overrides or {})
     found = document.error(
@@ -88,32 +105,60 @@ def placed(
         for problem in error.problems
         if problem.key
     )
-    # Those without a key are about other files than the scene.
+    # Problems without a key concern files other than the scene file.
     return SceneError([*(p for p in error.problems if not p.key), *found.problems])
 
 
 def effective_config(scene: Scene) -> dict[str, Any]:
-    """The scene as plain data with all defaults; `scene_from_dict` makes an equal scene of it."""
+    """Return the scene as plain data with all defaults.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    dict of str to object
+        Contents of an equal scene for `scene_from_dict`; mm, N, MPa.
+    """
     return scene.model_dump(mode="json", exclude_none=True)
 
 
 def config_hash(scene: Scene) -> str:
-    """SHA-256 of the effective config: equal scenes have equal hashes.
+    """Return the SHA-256 of the effective config: equal scenes have equal hashes.
 
-    A mesh file counts by what is in it, wherever it lies.
+    The contents of a mesh file are part of the hash, its path is not.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    str
+        Hexadecimal digits.
     """
     text = json.dumps(_content(scene), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def changed_keys(one: Scene, other: Scene) -> list[str]:
-    """Name the top-level keys in which two scenes differ."""
+    """Return the top-level keys in which two scenes differ.
+
+    Parameters
+    ----------
+    one, other : Scene
+
+    Returns
+    -------
+    list of str
+    """
     a, b = _content(one), _content(other)
     return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
 
 
 def _content(scene: Scene) -> dict[str, Any]:
-    """The effective config without where a mesh file lies."""
+    """Return the effective config without the path of a mesh file."""
     config = effective_config(scene)
     if scene.mesh_file is not None:
         del config["mesh_file"]["file"], config["mesh_file"]["folder"]
@@ -125,9 +170,13 @@ def scene_from_document(document: Document, folder: Path) -> Scene:
 
     Parameters
     ----------
-    document
-    folder
-        Where the relative path of a mesh file starts.
+    document : Document
+    folder : Path
+        Start of a relative path of a mesh file.
+
+    Returns
+    -------
+    Scene
 
     Raises
     ------
@@ -150,9 +199,9 @@ def scene_from_document(document: Document, folder: Path) -> Scene:
         scene = scene.model_copy(update={"mesh_file": mesh_file})
     try:
         found = [(parse_key(key), reason) for key, reason in broken_rules(scene)]
-    except ValidationError as error:  # of the geometry that a family stands for
+    except ValidationError as error:  # raised by the geometry of a family
         said = error.errors(include_url=False)[0]["msg"]
-        found = [(("family",), f"makes a body that no geometry may be: {said}")]
+        found = [(("family",), f"its parameters give an invalid geometry: {said}")]
     if found:
         raise document.error(found)
     if scene.mesh_file is not None:

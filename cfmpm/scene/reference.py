@@ -1,4 +1,4 @@
-"""The reference of scene files, from their schema: ``python -m cfmpm.scene.reference``."""
+"""Make the reference of scene files from their schema: ``python -m cfmpm.scene.reference``."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from cfmpm.scene.schema import schema
 _INTRODUCTION = """\
 # Scene files
 
-A scene is a YAML file. This page is made from the models that read it; do not edit it, but run
+A scene is a YAML file. This page is generated from the models that read it: do not edit it, run
 `python -m cfmpm.scene.reference > docs/scene.md`.
 
-Lengths are in mm, stresses in MPa, forces in N per mm of thickness. A *name* begins with a letter
-and goes on with letters, digits, `_` and `-`; a *point* is two coordinates in brackets, such as
-`[0, 10]`, and so is a *vector*. A key that is not listed is an error. On the command line
-`--set mesh.size=5` replaces the value of a key, and `cfmpm check` says what a scene means.
+Lengths are in mm, stresses in MPa, forces in N per mm of thickness. A *name* starts with a letter,
+followed by letters, digits, `_` and `-`. A *point* is a pair of coordinates in brackets, such as
+`[0, 10]`; a *vector* is a pair of components. A key that is not listed is an error. On the command
+line, `--set mesh.size=5` replaces the value of a key; `cfmpm check` describes the scene without
+running it.
 """
 
 
 def reference_text() -> str:
-    """The page as it stands in docs/scene.md."""
+    """Return the text of docs/scene.md."""
     whole = schema()
     models = {"Scene": whole, **whole["$defs"]}
     names = dict.fromkeys(_reached("Scene", models))
@@ -33,14 +34,14 @@ def reference_text() -> str:
 
 
 def _reached(name: str, models: dict[str, Any]) -> Iterator[str]:
-    """A model and those that its keys take, in the order in which a reader meets them."""
+    """Yield the name of a model and of the models of its keys, in the order of the page."""
     yield name
     for other in _references(models[name]["properties"]):
         yield from _reached(other, models)
 
 
 def _references(part: Any) -> Iterator[str]:
-    """Names of the models that a part of the schema refers to."""
+    """Yield the names of the models to which a part of the schema refers."""
     if isinstance(part, dict):
         if "$ref" in part:
             yield part["$ref"].rpartition("/")[2]
@@ -64,12 +65,12 @@ def _section(name: str, model: dict[str, Any]) -> str:
 
 
 def _title(name: str) -> str:
-    """The name of a model in words: SingleEdge is Single edge."""
+    """Split the name of a model into words: SingleEdge becomes Single edge."""
     return re.sub(r"(?<!^)(?=[A-Z])", " ", name).capitalize()
 
 
 def _kind(part: dict[str, Any]) -> str:
-    """What a value may be, in words."""
+    """Describe the allowed values of a key."""
     for several in ("anyOf", "oneOf"):
         if several in part:
             kinds = [_kind(one) for one in part[several] if one.get("type") != "null"]
@@ -102,7 +103,7 @@ def _list(part: dict[str, Any]) -> str:
 
 
 def _range(part: dict[str, Any]) -> str:
-    """Bounds of a number; those that only catch slips of the pen go without saying."""
+    """Describe the bounds of a number, without those that only catch typing errors."""
     low = {">": part.get("exclusiveMinimum"), "≥": part.get("minimum")}
     high = {"<": part.get("exclusiveMaximum"), "≤": part.get("maximum")}
     bounds = [

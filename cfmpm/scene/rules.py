@@ -1,4 +1,4 @@
-"""Conditions on a scene beyond the types of its fields: all rules in the order of checking."""
+"""Conditions on several fields of a scene: all rules in the order of checking."""
 
 from __future__ import annotations
 
@@ -26,15 +26,30 @@ from cfmpm.scene.rules_load import (
     unknown_edges,
 )
 
-# A triangulation beyond this does not fit into the memory of one machine.
+# Limit on the estimated number of triangles, set by the memory of one machine.
 MOST_TRIANGLES = 2e7
 
 
 def broken_rules(scene: Scene) -> list[Finding]:
-    """Every rule that a valid scene model breaks, as (dotted key, reason).
+    """Return the rules that a scene breaks.
 
     Distances are relative to the size of the body. A point nearer than 1e-6 to a line is on it. A
-    point between 1e-6 and 1e-4 is neither on the line nor clear of it, and is refused.
+    point at a distance between 1e-6 and 1e-4 is ambiguous and refused.
+
+    Parameters
+    ----------
+    scene : Scene
+        Not expanded.
+
+    Returns
+    -------
+    list of (str, str)
+        Dotted key in the scene file, and reason.
+
+    Raises
+    ------
+    ValidationError
+        If the parameters of a family give an invalid geometry.
     """
     if scene.mesh_file is not None:
         return [
@@ -78,13 +93,13 @@ def broken_rules(scene: Scene) -> list[Finding]:
 
 
 def _sizes_of_mesh_file(mesh: Mesh) -> Iterator[Finding]:
-    """Sizes of elements beside a mesh that has its own."""
+    """Element sizes in a scene with a mesh file."""
     for key in ("size", "grading", "hole_size"):
         if getattr(mesh, key) != getattr(Mesh(), key):
             yield (
                 f"mesh.{key}",
-                "has no effect beside mesh_file, whose triangles are taken as they are; leave it "
-                "out, and mesh the file finer or coarser",
+                "has no effect with mesh_file, whose triangles are the grid; omit it, and change "
+                "the element size in the mesh file",
             )
 
 
@@ -105,20 +120,20 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
 
 def _names(geometry: Geometry) -> Iterator[Finding]:
     edges = [str(corner.edge) for corner in geometry.outline]
-    # A name begins where the side before has another one; sides in a row may share it.
+    # An edge begins where the previous side has another name; consecutive sides may share a name.
     begins = [i for i, edge in enumerate(edges) if edge != edges[i - 1]]
     first = {edges[i]: i for i in reversed(begins)}
     for i in begins:
         if first[edges[i]] != i:
             yield (
                 f"geometry.outline[{i}].edge",
-                f"{edges[i]} is the name of side {first[edges[i]] + 1} too; only sides that follow "
-                "each other may share a name",
+                f"{edges[i]} is also the name of side {first[edges[i]] + 1}; only consecutive "
+                "sides may share a name",
             )
     holes = [str(hole.name) for hole in geometry.holes]
     for i, name in enumerate(holes):
         if name in edges:
-            yield f"geometry.holes[{i}].name", f"{name} is the name of an edge of the outline too"
+            yield f"geometry.holes[{i}].name", f"{name} is also the name of an edge of the outline"
     yield from _repeated("geometry.holes[{}].name", holes)
     yield from _repeated("geometry.cracks[{}].name", [str(c.name) for c in geometry.cracks])
     regions = ["body", *(region.name for region in geometry.regions)]
@@ -137,7 +152,7 @@ def _repeated(key: str, names: Sequence[str | None]) -> Iterator[Finding]:
 
 
 def _refinement(scene: Scene) -> Iterator[Finding]:
-    """Refinement without growth, or by which new triangles would have no material point."""
+    """Refinement without growth, or with transfer: paper, where new triangles have no points."""
     if scene.fracture.refine is None:
         return
     if scene.growth is None:
@@ -145,7 +160,7 @@ def _refinement(scene: Scene) -> Iterator[Finding]:
     elif scene.growth.transfer == "paper":
         yield (
             "fracture.refine",
-            "needs growth.transfer: domains; paper leaves halved triangles without points",
+            "needs growth.transfer: domains; with paper, bisected triangles have no material point",
         )
 
 
@@ -158,11 +173,11 @@ def _fatigue(scene: Scene) -> Iterator[Finding]:
     if scene.fatigue is None and asked:
         yield "fatigue", "is missing: growth.control: fatigue needs its C and m"
     if asked and growth is not None and growth.tips == "largest":
-        yield "growth.tips", "largest does not go with control: fatigue, where all tips advance"
+        yield "growth.tips", "largest does not go with control: fatigue: all tips advance"
 
 
 def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
-    """Keys that exclude finite deformation, and keys that need it."""
+    """Keys that do not go with finite deformation, and keys that need it."""
     parts = {"": scene.material}
     parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
     plastic = [(part, each.law) for part, each in parts.items() if LAWS[each.law].plastic]
@@ -170,14 +185,17 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
     if plastic and scene.kinematics != "finite":
         yield f"{part}material.law", f"{law} needs kinematics: finite"
     if plastic and scene.updated.integration == "domains":
-        yield "updated.integration", f"domains average the state of a point: {law} needs points"
+        yield (
+            "updated.integration",
+            f"domains does not go with {law}: it would average the plastic state; use points",
+        )
     if scene.growth is not None and scene.growth.control != "load":
         control = scene.growth.control
         if scene.kinematics == "finite":
             yield (
                 "growth.control",
-                f"{control} needs kinematics: small, where results are proportional to the load; "
-                "at finite deformation cracks grow under control: load",
+                f"{control} needs kinematics: small, since it scales results with the load; use "
+                "control: load at finite deformation",
             )
         if scene.load_steps != 1:
             yield (
@@ -205,7 +223,7 @@ def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[
                 others = " or ".join(other for other in table if not table[other].needs_k)
                 yield (
                     f"growth.{key}",
-                    f"{word} needs K_I and K_II, which finite deformation does not have: it needs "
+                    f"{word} needs K_I and K_II, which are not defined at finite deformation; use "
                     f"{others}",
                 )
 
@@ -216,7 +234,7 @@ def _nothing_to_grow(scene: Scene, has_tips: bool) -> Iterator[Finding]:
 
 
 def _formulation(scene: Scene) -> Iterator[Finding]:
-    """Keys that do not go with a grid that is reset."""
+    """Options of the updated formulation without it, and keys that do not go with it."""
     default = Updated()
     if scene.formulation == "total":
         if scene.updated != default:
@@ -225,7 +243,7 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
     if scene.kinematics != "finite":
         yield "formulation", "updated needs kinematics: finite; at small strain no grid is reset"
     if scene.growth is not None:
-        yield "formulation", "updated does not go with growth; cracks grow under total"
+        yield "formulation", "updated does not go with growth; use formulation: total"
     element = find_element(scene.mesh.element)
     if scene.updated.ghost and not element.constant_gradients:
         yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"
@@ -253,8 +271,8 @@ def _growth_of_element(scene: Scene) -> Iterator[Finding]:
         yield (
             "mesh.element",
             f"{scene.mesh.element} does not go with growth.transfer: domains: it does not define "
-            f"the domains of its material points, as {', '.join(fitting)} do; with "
-            f"{scene.mesh.element} cracks grow under transfer: paper only",
+            f"the domains of its material points, as {', '.join(fitting)} do; use one of these, or "
+            "growth.transfer: paper",
         )
 
 
@@ -280,48 +298,53 @@ def _sizes(scene: Scene, body: BodyShape) -> Iterator[Finding]:
         sizes["mesh.grading.tip_size"] = mesh.grading.tip_size
     for key, size in sizes.items():
         if size > width:
-            yield key, f"{size:g} is larger than the body, which is {width:g} wide"
+            yield key, f"{size:g} mm is larger than the body, whose smaller extent is {width:g} mm"
     triangles = estimated_triangles(scene, body)
     if triangles > MOST_TRIANGLES:
         asked = {"mesh.hole_size": mesh.hole_size, "mesh.size": mesh.size, "mesh.grading": 0.0}
         key = next(key for key, size in asked.items() if size is not None)
-        yield key, f"would make about {triangles:.0e} triangles; the limit is {MOST_TRIANGLES:.0e}"
+        yield key, f"gives about {triangles:.0e} triangles; the limit is {MOST_TRIANGLES:.0e}"
     if isinstance(scene.fracture.radii, list):
         for i, radius in enumerate(scene.fracture.radii):
             if radius > body.size:
-                yield f"fracture.radii[{i}]", f"{radius:g} is larger than the body, {body.size:g}"
+                yield (
+                    f"fracture.radii[{i}]",
+                    f"{radius:g} mm is larger than the body, {body.size:g} mm",
+                )
 
 
 def estimated_triangles(scene: Scene, body: BodyShape) -> float:
-    """Estimate the number of triangles from the element sizes that a scene gives as numbers.
+    """Estimate the number of triangles from the element sizes that are numbers in the scene.
 
     Parameters
     ----------
     scene : Scene
         Expanded.
     body : BodyShape
-        Of the scene.
+        Body of the scene.
 
     Returns
     -------
     float
-        Equilateral triangles of the given size, and the smaller ones near tips and holes.
+        Area of the body, and of the graded zones at tips and holes, divided by the area of an
+        equilateral triangle of the local element size, h^2 sqrt(3)/4 = 0.433 h^2.
     """
     size, grading, hole_size = scene.mesh.size, scene.mesh.grading, scene.mesh.hole_size
     coarse = 0.0 if size is None else _over(body.polygon.area, size)
     if hole_size is not None:
-        # The integral of length / (area of a triangle of size hole_size + growth r) dr.
+        # Integral over r of (circumference / area of a triangle of size hole_size + growth r).
         growth = grading.growth if isinstance(grading, Grading) else 0.3
         around = sum(hole.length for hole in body.holes.values())
         coarse += min(around / (0.433 * growth * hole_size), _over(body.polygon.area, hole_size))
     if not isinstance(grading, Grading):
         return coarse
     tips = len(body.tips)
-    # The integral of 2 pi r / (area of a triangle of size tip_size + growth r) dr.
+    # Integral over r of (2 pi r / area of a triangle of size tip_size + growth r).
     reach = math.log1p((size or body.size) / grading.tip_size)
     fine = _over(math.tau * reach, grading.growth)
     return coarse + min(tips * fine, _over(body.polygon.area, grading.tip_size))
 
 
 def _over(area: float, size: float) -> float:
+    """Divide an area by that of an equilateral triangle; the square is taken last: no underflow."""
     return (math.sqrt(area / 0.433) / size) * (math.sqrt(area / 0.433) / size)

@@ -1,4 +1,8 @@
-"""Rules for the closed lines of a body: outline, holes, regions."""
+"""Rules for the closed lines of a body: outline, holes, regions.
+
+Every public function yields a finding for each broken rule: the dotted key in the expanded scene,
+and the reason.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +19,11 @@ Finding = tuple[str, str]  # dotted key in the expanded scene, and reason
 
 
 def broken_lines(geometry: Geometry) -> Iterator[Finding]:
-    """Outlines, holes and regions that are not closed lines around an area."""
+    """Find outlines, holes and regions that are not simple closed lines around an area."""
     yield from _corners("geometry.outline", geometry.outline)
     for i, region in enumerate(geometry.regions):
         if (region.circle is None) == (region.polygon is None):
-            yield f"geometry.regions[{i}]", "needs a circle or a polygon, and not both"
+            yield f"geometry.regions[{i}]", "needs either a circle or a polygon"
         else:
             yield from _shape(f"geometry.regions[{i}]", region)
     for i, hole in enumerate(geometry.holes):
@@ -27,7 +31,7 @@ def broken_lines(geometry: Geometry) -> Iterator[Finding]:
 
 
 def misplaced_holes(body: BodyShape) -> Iterator[Finding]:
-    """Holes outside the body, over its outline, or over each other."""
+    """Find holes that are outside the body, touch or cross its outline, or overlap each other."""
     clear = CLEAR * body.size
     holes = list(body.holes.items())
     for i, (name, hole) in enumerate(holes):
@@ -37,7 +41,7 @@ def misplaced_holes(body: BodyShape) -> Iterator[Finding]:
         elif not hole.within(body.outline):
             yield key, "crosses the outline"
         elif hole.distance(body.outline.exterior) <= clear:
-            yield key, "touches the outline; cut it out of the outline instead"
+            yield key, "touches the outline; make it part of the outline instead"
         for other, shape in holes[:i]:
             if name != other and hole.distance(shape) <= clear:
                 does = "overlaps" if hole.intersection(shape).area > 0 else "touches"
@@ -45,7 +49,7 @@ def misplaced_holes(body: BodyShape) -> Iterator[Finding]:
 
 
 def misplaced_regions(body: BodyShape) -> Iterator[Finding]:
-    """Regions that are not wholly in the body, or that overlap."""
+    """Find regions that are not fully inside the body, or that overlap each other."""
     clear = CLEAR * body.size
     regions = [(r.name, polygon_of(shape_of(r))) for r in body.geometry.regions]
     for i, (_, region) in enumerate(regions):
@@ -53,9 +57,9 @@ def misplaced_regions(body: BodyShape) -> Iterator[Finding]:
         if region.intersection(body.polygon).area <= clear * region.length:
             yield key, "lies outside the body"
         elif not region.within(body.outline.buffer(clear)):
-            yield key, "lies partly outside the body; end it at the outline"
+            yield key, "lies partly outside the body; let it end at the outline"
         for other, shape in regions[:i]:
-            # Two regions along one arc have different chords: a sliver is no overlap.
+            # Chords of two regions along one arc may differ: a thin sliver is not an overlap.
             if region.intersection(shape).area > clear * min(region.length, shape.length):
                 yield key, f"overlaps region {other}"
 
@@ -67,17 +71,20 @@ def _shape(key: str, part: Hole | Region) -> Iterator[Finding]:
         yield from _corners(f"{key}.polygon", part.polygon)
     for i, corner in enumerate(part.polygon or []):
         if corner.edge is not None:
-            yield f"{key}.polygon[{i}].edge", "only sides of the outline have names of their own"
+            yield f"{key}.polygon[{i}].edge", "only sides of the outline can have names"
 
 
 def _circle(key: str, circle: Circle) -> Iterator[Finding]:
     if circle.radius <= 1e-9 * max(1.0, *map(abs, circle.centre)):
-        yield f"{key}.radius", f"{circle.radius:g} is too small to be told from zero"
+        yield (
+            f"{key}.radius",
+            f"{circle.radius:g} mm is too small: it is zero to round-off of the coordinates",
+        )
 
 
 def _corners(key: str, corners: list[Vertex]) -> Iterator[Finding]:
     if len(corners) < 3 and not (len(corners) == 2 and any(v.through for v in corners)):
-        yield key, f"has {len(corners)} corners; needs three, or two and an arc"
+        yield key, f"has {len(corners)} corners; needs at least three, or two and an arc"
         return
     findings = [f for i in range(len(corners)) for f in _side(key, corners, i)]
     yield from findings
@@ -92,22 +99,23 @@ def _corners(key: str, corners: list[Vertex]) -> Iterator[Finding]:
 
 
 def _side(key: str, corners: list[Vertex], i: int) -> Iterator[Finding]:
-    """What is wrong with the side that leaves corner i."""
+    """Check the side from corner i to the next."""
     following = (i + 1) % len(corners)
     a, b, through = corners[i].at, corners[following].at, corners[i].through
     near = ON * _extent(corners)
     if math.dist(a, b) <= near:
         if following == 0:
-            yield f"{key}[{i}]", f"repeats the first corner, {at(b)}; the line closes by itself"
+            yield f"{key}[{i}]", f"repeats the first corner, {at(b)}; the line is closed without it"
         else:
-            yield f"{key}[{following}]", f"repeats the corner before, {at(a)}"
+            yield f"{key}[{following}]", f"repeats the previous corner, {at(a)}"
     elif through is not None:
         if min(math.dist(through, a), math.dist(through, b)) <= near:
             yield f"{key}[{i}].through", f"{at(through)} is an end of the edge"
         elif _height(a, b, through) <= ON * math.dist(a, b):
             yield (
                 f"{key}[{i}].through",
-                f"{at(through)} is on the line through the ends of the edge: no arc does that",
+                f"{at(through)} is on the straight line through the ends of the edge: the arc is "
+                "not defined",
             )
 
 
@@ -117,18 +125,29 @@ def _extent(corners: list[Vertex]) -> float:
 
 
 def _height(a: XY, b: XY, point: XY) -> float:
-    """Distance of a point from the line through a and b."""
+    """Return the distance of a point from the straight line through a and b [mm]."""
     cross = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0])
     return abs(cross) / math.dist(a, b)
 
 
 def place_of_fault(polygon: Polygon) -> str:
-    """Where a closed line crosses or touches itself, in the words of a message."""
+    """Return the place at which a polygon is not valid, as the end of a message.
+
+    Parameters
+    ----------
+    polygon : shapely.Polygon
+        Not valid.
+
+    Returns
+    -------
+    str
+        Such as " near (1, 2)"; empty if the place is not known.
+    """
     reason = is_valid_reason(polygon)
     x, _, y = reason.partition("[")[2].rstrip("]").partition(" ")
     return f" near {at((float(x), float(y)))}" if y else ""
 
 
 def at(point: XY) -> str:
-    """A point in the words of a message."""
+    """Return the coordinates of a point as text for a message."""
     return f"({point[0]:.6g}, {point[1]:.6g})"

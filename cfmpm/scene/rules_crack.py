@@ -1,4 +1,4 @@
-"""Rules for cracks: inside the body, apart from each other, and leaving it in one piece."""
+"""Rules for cracks: inside the body, separate from each other, and not cutting the body in two."""
 
 from __future__ import annotations
 
@@ -14,12 +14,23 @@ from cfmpm.scene.geometry import CLEAR, ON, BodyShape
 from cfmpm.scene.rules_body import Finding, at
 from cfmpm.scene.shapes import XY
 
-# A crack may leave the boundary at an angle of no less than some three degrees.
+# Largest length of a crack within CLEAR of the boundary at its mouth, relative to the size of the
+# body: a crack must leave the boundary at about three degrees or more.
 LONGEST_NEAR_MOUTH = 20 * CLEAR
 
 
 def misplaced_cracks(body: BodyShape) -> Iterator[Finding]:
-    """Cracks that are no lines, leave the body, cross, or cut it in two."""
+    """Find cracks that are not simple lines, leave the body, cross each other, or cut it in two.
+
+    Parameters
+    ----------
+    body : BodyShape
+
+    Yields
+    ------
+    (str, str)
+        Dotted key in the expanded scene, and reason.
+    """
     sound = []
     for i, crack in enumerate(body.geometry.cracks):
         key = f"geometry.cracks[{i}]"
@@ -38,7 +49,7 @@ def _line(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
         i for i, (a, b) in enumerate(pairwise(crack.points), 1) if math.dist(a, b) <= ON * body.size
     ]
     for i in repeated:
-        yield f"{key}.points[{i}]", f"repeats the point before, {at(crack.points[i])}"
+        yield f"{key}.points[{i}]", f"repeats the previous point, {at(crack.points[i])}"
     if repeated:
         return
     length = body.cracks[str(crack.name)].length
@@ -55,7 +66,7 @@ def _line(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
 
 def _inside(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
     line, clear = body.cracks[str(crack.name)], CLEAR * body.size
-    # Beside a hole or a notch the polygon's chords leave the arcs by less than `clear`.
+    # At an arc, the chords of the polygon are within `clear` of the arc.
     outside = line.difference(body.polygon)
     if outside.length > clear:
         if outside.length >= line.length - clear:
@@ -72,17 +83,17 @@ def _inside(key: str, crack: Crack, body: BodyShape) -> Iterator[Finding]:
 
 
 def _mouth(crack: Crack, outside: LineString, body: BodyShape) -> str:
-    """Suggest the mouth of a crack that ends outside the body: where it crosses the edge."""
+    """Suggest the mouth of a crack that ends outside the body: the point on the boundary."""
     ends = [end for end in (0, -1) if outside.distance(Point(crack.points[end])) <= ON * body.size]
     if len(ends) != 1:
         return ""
     points = [Point(outside.coords[k]) for k in (0, -1)]
     mouth = max(points, key=lambda point: point.distance(Point(crack.points[ends[0]])))
-    return f"; to be open there, end it on the edge, at {at((mouth.x, mouth.y))}"
+    return f"; for a crack mouth, end the crack on the edge, at {at((mouth.x, mouth.y))}"
 
 
 def _near_boundary(key: str, crack: Crack, part: LineString, body: BodyShape) -> Iterator[Finding]:
-    """Judge one stretch of a crack that is not clear of the boundary."""
+    """Check a part of a crack that is within `CLEAR` of the boundary."""
     tolerance = 2 * ON * body.size
     ends = {
         i: crack.points[i] for i in (0, -1) if part.distance(Point(crack.points[i])) < tolerance
@@ -93,14 +104,14 @@ def _near_boundary(key: str, crack: Crack, part: LineString, body: BodyShape) ->
         distance = body.nearest(point)[2]
         yield (
             f"{key}.points[{i % len(crack.points)}]",
-            f"the end is {distance:.2g} from {name}: neither on it nor clear of it by "
-            f"{CLEAR * body.size:.2g}",
+            f"the crack end is {distance:.2g} mm from {name}; it must be on it, or at least "
+            f"{CLEAR * body.size:.2g} mm away",
         )
     if not tips:
         if not ends:
             yield f"{key}.points", f"touches {name} between its ends, near {at(_middle(part))}"
         elif part.length > LONGEST_NEAR_MOUTH * body.size:
-            yield f"{key}.points", f"runs along {name} near {at(_middle(part))}"
+            yield f"{key}.points", f"lies along {name} near {at(_middle(part))}"
 
 
 def _crossings(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Finding]:
@@ -108,16 +119,16 @@ def _crossings(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Fin
         for _, other in cracks[:i]:
             pair = (body.cracks[str(c.name)] for c in (crack, other))
             if crack.name != other.name and shapely.distance(*pair) <= CLEAR * body.size:
-                yield key, f"crosses or touches {other.name}: not supported yet"
+                yield key, f"crosses or touches {other.name}, which is not supported"
 
 
 def _cuts(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Finding]:
-    """Cracks from boundary to boundary that cut the body in two.
+    """Find cracks from boundary to boundary that cut the body in two.
 
-    A crack between a hole and the outline joins them to one line. A crack from a line to itself
-    severs a part of the body.
+    A crack between a hole and the outline joins both to one closed line of the boundary. A crack
+    between two points of one closed line severs a part of the body.
     """
-    joined = {name: name for name in body.holes}  # the edges of the outline are one line: ""
+    joined = {name: name for name in body.holes}  # the outline is one closed line, ""
 
     def line_of(point: XY) -> str:
         name = body.nearest(point)[0]

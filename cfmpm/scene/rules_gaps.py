@@ -1,4 +1,4 @@
-"""Rules for lines side by side: what lies between them needs elements as small as their gap."""
+"""Rules for narrow gaps between lines, which would need elements as small as the gap."""
 
 from __future__ import annotations
 
@@ -18,21 +18,30 @@ from cfmpm.scene.shapes import XY, Side, sides_of
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Along a line, in units of what lines must be clear of each other by: as far from where they meet
-# two lines are clear of each other if they do so at 0.6 degrees or more.
+# Length along a line within which it may be close to another one, in units of the smallest gap
+# allowed: lines that meet at 0.6 degrees or more are farther apart beyond it.
 FAR = 200.0
 STEP = 5.0  # distance of the points at which lines are compared, in the same units
-# Of the size of the body: a border that passes a corner nearer than this was meant to meet it.
+# Relative to the size of the body: a border nearer than this to a corner is meant to pass it.
 MEANT = 3.0 * ON
-# In the unit frame OpenCASCADE merges what is nearer than 1e-7.
+# Relative to the size of the body: OpenCASCADE merges points nearer than 1e-7 in the unit frame.
 MERGED = 1e-7
 
 
 def narrow_gaps(body: BodyShape) -> Iterator[Finding]:
-    """Lines that come close to themselves, and borders of regions that run beside another line.
+    """Find lines that come close to themselves, and borders of regions close to another line.
 
-    Between lines with a gap that is small against their length a grid has as many triangles as
-    gaps fit into the length. `CLEAR` bounds that number.
+    The number of triangles in a gap is about its length divided by its width. The smallest width
+    allowed, `CLEAR` times the size of the body, limits that number.
+
+    Parameters
+    ----------
+    body : BodyShape
+
+    Yields
+    ------
+    (str, str)
+        Dotted key in the expanded scene, and reason.
     """
     geometry = body.geometry
     outline = sides_of(geometry.outline)
@@ -63,10 +72,24 @@ def _of_itself(
     closed: bool = True,
     full: bool | None = None,
 ) -> Iterator[Finding]:
-    """Find two places that are far apart along a line and close to each other.
+    """Find two points of a line that are close to each other but far apart along the line.
 
-    `full` says whether there is material inside a closed line (True) or outside (False) alone: a
-    narrow gap without material needs no triangles.
+    Parameters
+    ----------
+    key : str
+        Dotted key of the line.
+    sides : sequence of Side
+    body : BodyShape
+    closed : bool
+        Whether the last side ends at the start of the first.
+    full : bool or None
+        Whether only the inside (True) or only the outside (False) of a closed line is material: a
+        gap without material needs no triangles. None: both.
+
+    Yields
+    ------
+    (str, str)
+        Dotted key, and reason.
     """
     chains = [side.points() for side in sides]
     number = np.repeat(np.arange(len(sides)), [len(chain) for chain in chains])
@@ -93,24 +116,40 @@ def _of_itself(
     if neighbours[worst]:
         yield (
             key,
-            f"folds back onto itself: sides {a} and {b} enclose less than 0.6 degrees",
+            f"folds back onto itself: the angle between sides {a} and {b} is below 0.6 degrees",
         )
         return
     between = shapely.shortest_line(lines[first[worst]], lines[second[worst]])
     x, y = shapely.get_coordinates(between).mean(axis=0)
     yield (
         key,
-        f"sides {a} and {b} are {gaps[worst]:.2g} apart near {at((x, y))}; a line must be clear of "
-        f"itself by {clear:.2g}",
+        f"sides {a} and {b} are {gaps[worst]:.2g} mm apart near {at((x, y))}; the smallest gap "
+        f"allowed is {clear:.2g} mm",
     )
 
 
 def _furthest(
     lines: NDArray[np.object_], first: Ints, second: Ints, clear: float, *, closed: bool
 ) -> tuple[Floats, Floats]:
-    """Return how far apart along the line two segments are where they are still close.
+    """Return how far apart along the line two segments can be and still be close to each other.
 
-    Also the place half-way between them there, (k, 2).
+    Parameters
+    ----------
+    lines : (n,) array of LineString
+        Segments of the line.
+    first, second : (k,) int
+        Pairs of segments with a distance below `clear`.
+    clear : float
+        Smallest distance allowed [mm].
+    closed : bool
+        Whether the line is closed.
+
+    Returns
+    -------
+    far : (k,) float
+        Largest distance along the line between points of the pair that are within `clear` [mm].
+    middles : (k, 2) float
+        Midpoint between these points [mm].
     """
     starts = np.concatenate([[0.0], np.cumsum(shapely.length(lines))])
     near = shapely.intersection(lines[first], shapely.buffer(lines[second], clear))
@@ -138,14 +177,14 @@ def _furthest(
 def _folded(
     points: Floats, first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
-    """Whether neighbouring segments turn back by nearly 180 degrees."""
+    """Whether consecutive segments turn by nearly 180 degrees."""
     ways = np.diff(points, axis=0)
     ways /= np.hypot(*ways.T)[:, None]
     return np.asarray((ways[first] * ways[second]).sum(axis=1) < -math.cos(4.0 / FAR))
 
 
 def _beside_regions(body: BodyShape) -> Iterator[Finding]:
-    """Find borders of regions that run beside the boundary, a crack or another border."""
+    """Find borders of regions close to the boundary, a crack or another border."""
     geometry = body.geometry
     others: list[tuple[str, Sequence[Side]]] = [("the outline", sides_of(geometry.outline))]
     others += [(str(hole.name), sides_of(shape_of(hole))) for hole in geometry.holes]
@@ -158,17 +197,17 @@ def _beside_regions(body: BodyShape) -> Iterator[Finding]:
                 gap, place = found
                 yield (
                     f"geometry.regions[{i}]",
-                    f"{region.name} and {name} are {gap:.2g} apart near {at(place)}: lines must "
-                    f"coincide or be clear of each other by {CLEAR * body.size:.2g}",
+                    f"{region.name} and {name} are {gap:.2g} mm apart near {at(place)}: they must "
+                    f"coincide or be at least {CLEAR * body.size:.2g} mm apart",
                 )
         others.append((f"region {region.name}", border))
 
 
 def _gap(border: Sequence[Side], sides: Sequence[Side], body: BodyShape) -> tuple[float, XY] | None:
-    """Return the gap, and its place, where a border is neither on a line nor clear of it."""
+    """Return width [mm] and place of a gap between a border and a line that is too narrow."""
     clear, merged = CLEAR * body.size, MERGED * body.size
     one, other = ([_chords(side) for side in line] for line in (border, sides))
-    # Chords leave their arc by less than half of `clear`.
+    # Chords are within half of `clear` of their arc.
     close = [shapely.dwithin(other, chords, 2.0 * clear) for chords in one]
     if not np.any(close):
         return None
@@ -189,7 +228,7 @@ def _gap(border: Sequence[Side], sides: Sequence[Side], body: BodyShape) -> tupl
     corners = np.array([end for side in sides for end in (side.start, side.end)])
     off = np.min([side.distances(corners) for side in border], axis=0)
     cut = (off > merged) & (off <= MEANT * body.size)
-    if cut.any():  # the border would cut a side so near to its end that names are lost
+    if cut.any():  # the border would cut off an end of a side too short to keep its name
         worst = int(np.argmax(cut))
         return float(off[worst]), (float(corners[worst, 0]), float(corners[worst, 1]))
     all_of_one, all_of_other = (shapely.union_all(lines) for lines in (one, other))

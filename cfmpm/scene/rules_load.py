@@ -1,4 +1,7 @@
-"""Rules for loads: their places exist, and they do not contradict each other."""
+"""Rules for loads: their places exist, and they do not contradict each other.
+
+Functions yield findings: the dotted key in the expanded scene, and the reason.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,14 @@ from cfmpm.scene.model import Scene
 from cfmpm.scene.rules_body import Finding, at
 from cfmpm.scene.shapes import XY
 
-# Of the length of the boundary in a box: a box that is a little larger than the side it is meant
-# for may hold so much of a crack that opens there.
+# Largest length of cracks in the box of a traction, as a fraction of the length of the boundary in
+# it: a box a little larger than a side may contain the mouth of a crack. A support may contain any
+# length: it holds the boundary.
 MOST_CRACK = 0.1
 
 
 def unknown_edges(scene: Scene) -> Iterator[Finding]:
-    """Loads on edges that the geometry does not have."""
+    """Find loads on edges that do not exist in the geometry."""
     assert scene.geometry is not None
     names = [v.edge for v in scene.geometry.outline] + [h.name for h in scene.geometry.holes]
     known = list(dict.fromkeys(str(name) for name in names))
@@ -30,7 +34,7 @@ def unknown_edges(scene: Scene) -> Iterator[Finding]:
 
 
 def contradictions(scene: Scene) -> Iterator[Finding]:
-    """Different displacements for the same component at the same place."""
+    """Find different displacements prescribed for one component at one place."""
     first: dict[tuple[Hashable, str], tuple[int, float]] = {}
     for i, load in enumerate(scene.loads):
         if load.displacement is None:
@@ -48,10 +52,10 @@ def contradictions(scene: Scene) -> Iterator[Finding]:
 
 
 def swallowed_loads(scene: Scene) -> Iterator[Finding]:
-    """Tractions and forces in a component that another load prescribes at the same place.
+    """Find tractions and forces in a component whose displacement is prescribed at the same place.
 
     The support carries such a load directly, so that it has no effect on the body: an error in the
-    scene. Places that overlap in part can be found only on the grid, where a warning is given.
+    scene. Places that overlap in part are found on the grid later, and give a warning.
     """
     held = {
         (_place(load), component): i
@@ -69,12 +73,12 @@ def swallowed_loads(scene: Scene) -> Iterator[Finding]:
                 yield (
                     f"loads[{i}].{load.kind}",
                     f"{value:g} in {component} has no effect: loads[{support}] prescribes the "
-                    f"displacement in {component} there, and carries it; leave one of them out",
+                    f"displacement in {component} there and carries it; remove one of them",
                 )
 
 
 def misplaced_loads(scene: Scene, body: BodyShape) -> Iterator[Finding]:
-    """Boxes without boundary; points outside the body, beside its boundary or on a crack."""
+    """Find boxes without boundary, and points outside the body, near its boundary or on a crack."""
     for i, load in enumerate(scene.loads):
         if load.box is not None:
             yield from _box(f"loads[{i}].box", load, body)
@@ -93,26 +97,43 @@ def _box(key: str, load: Load, body: BodyShape) -> Iterator[Finding]:
     assert load.box is not None
     (x0, y0), (x1, y1) = load.box
     if min(abs(x1 - x0), abs(y1 - y0)) <= ON * body.size:
-        yield key, "has no width or no height: the corners must be opposite"
+        yield key, "has zero width or height: give two opposite corners"
         return
     area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
     held = body.polygon.boundary.intersection(area).length
-    if held <= ON * body.size:
-        yield key, "holds no part of the boundary"
     cracks = cracks_in_box(load.box, body.cracks)
     length = sum(cracks.values())
-    if length > MOST_CRACK * held:
+    inside = f"{length:.4g} mm of {' and '.join(cracks)}"
+    if held <= ON * body.size:
+        only = f", only {inside}, whose faces a load cannot act on" if length > 0.0 else ""
+        yield key, f"contains no part of the boundary{only}"
+    elif length > MOST_CRACK * held and not LOADS[load.kind].holds:
         yield (
             key,
-            f"holds {length:.4g} mm of {' and '.join(cracks)}, and {held:.4g} mm of the boundary: "
-            "loads do not act on crack faces; end the box at the boundary, or name an edge instead",
+            f"contains {inside} and {held:.4g} mm of the boundary: a {load.kind} cannot act on "
+            "crack faces; end the box at the boundary, or use an edge",
         )
 
 
 def cracks_in_box(
     corners: tuple[XY, XY], cracks: Mapping[str, LineString], least: float = 0.0
 ) -> dict[str, float]:
-    """Length of the cracks in a box [mm], of those of which there is more than `least`."""
+    """Return the length of each crack inside a box.
+
+    Parameters
+    ----------
+    corners : ((float, float), (float, float))
+        Opposite corners of the box [mm].
+    cracks : mapping of str to LineString
+        Cracks by name.
+    least : float
+        Cracks with at most this length inside the box are left out [mm].
+
+    Returns
+    -------
+    dict of str to float
+        Length inside the box by name [mm].
+    """
     (x0, y0), (x1, y1) = corners
     area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
     lengths = {name: float(line.intersection(area).length) for name, line in cracks.items()}
@@ -124,15 +145,15 @@ def _point(key: str, point: tuple[float, float], body: BodyShape) -> Iterator[Fi
     clear = CLEAR * body.size
     for crack, line in body.cracks.items():
         if line.distance(Point(point)) <= clear:
-            yield key, f"{at(point)} is on {crack}, which has two faces there"
+            yield key, f"{at(point)} is on {crack}: a load on a crack needs a choice of its face"
             return
     if body.is_on_boundary(point):
         return
     if not body.polygon.covers(Point(point)):
-        yield key, f"{at(point)} is outside the body; {name} is {distance:.2g} away"
+        yield key, f"{at(point)} is outside the body, {distance:.2g} mm from {name}"
     elif distance <= clear:
         yield (
             key,
-            f"{at(point)} is {distance:.2g} from {name}: neither on it nor clear of it by "
-            f"{clear:.2g}",
+            f"{at(point)} is {distance:.2g} mm from {name}; it must be on it, or at least "
+            f"{clear:.2g} mm away",
         )

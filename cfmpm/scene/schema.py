@@ -1,4 +1,4 @@
-"""The JSON schema of scene files, for editors: ``python -m cfmpm.scene.schema > schema.json``."""
+"""Make the JSON schema of scene files: ``python -m cfmpm.scene.schema > schema.json``."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ _BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", 
 
 
 def schema(model: type[Model] = Scene) -> dict[str, Any]:
-    """The JSON schema of the files that a model describes."""
+    """Return the JSON schema of the files that a model describes, as nested dictionaries."""
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     whole: dict[str, Any] = _with_bounds(dialect | model.model_json_schema())
     return whole
 
 
 def _with_bounds(part: Any) -> Any:
-    """Write bounds of numbers in the words of JSON schema, and alike for all versions of pydantic.
+    """Write the bounds of numbers as JSON schema keywords, equally for all versions of pydantic.
 
-    From 2.12 on it leaves those of a number behind a validator in its own words, which no editor
-    knows.
+    Since version 2.12 pydantic writes the bounds of a number with a validator as its own keywords
+    (gt, ge, lt, le), which editors do not know.
     """
     if isinstance(part, list):
         return [_with_bounds(one) for one in part]
@@ -40,7 +40,7 @@ def _with_bounds(part: Any) -> Any:
 
 
 def schema_text(model: type[Model] = Scene) -> str:
-    """The schema as it stands in configs/schema.json."""
+    """Return the text of configs/schema.json."""
     return json.dumps(schema(model), indent=2, ensure_ascii=False) + "\n"
 
 

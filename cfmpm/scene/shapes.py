@@ -1,4 +1,4 @@
-"""Closed lines of straight and circular sides: exact nearest points, and points along them."""
+"""Closed lines of straight sides and circular arcs: exact nearest points, and polygons."""
 
 from __future__ import annotations
 
@@ -14,22 +14,30 @@ from cfmpm.scene.body import Circle, Vertex
 
 XY = tuple[float, float]
 
-# Points on a full circle where a polygon stands for it: the chord leaves the arc by 1e-5 radii,
+# Number of chords of a full circle: their distance from the arc is at most 1e-5 of the radius.
 POINTS_PER_CIRCLE = 720
-# ... and on a flat arc, whose radius says little about its size.
+# Smallest number of chords of an arc: a flat arc is short compared with its radius.
 POINTS_PER_ARC = 64
 
 
 @dataclass(frozen=True)
 class Side:
-    """One side of a closed line: straight, or an arc through a third point; in mm."""
+    """One side of a closed line: a straight line, or a circular arc.
+
+    Attributes
+    ----------
+    start, end : (float, float)
+        [mm].
+    through : (float, float) or None
+        Third point of an arc [mm]; None for a straight line.
+    """
 
     start: XY
     end: XY
     through: XY | None = None
 
     def points(self) -> list[XY]:
-        """Points along the side, its end left out."""
+        """Return the corners of the chords of the side without its end [mm]."""
         if self.through is None:
             return [self.start]
         centre, sweep = self._arc(self.through)
@@ -39,7 +47,7 @@ class Side:
         return [self.start, *(_xy(z) for z in turned)]
 
     def sampled(self, n: int) -> NDArray[np.float64]:
-        """Points along the side at equal distances, both ends among them, (n, 2)."""
+        """Return `n` equidistant points of the side, both ends included, (n, 2) [mm]."""
         s = np.linspace(0.0, 1.0, n)
         a, b = complex(*self.start), complex(*self.end)
         if self.through is None:
@@ -50,7 +58,7 @@ class Side:
         return np.column_stack([z.real, z.imag])
 
     def nearest(self, point: XY) -> XY:
-        """The point of the side that is nearest to `point`."""
+        """Return the point of the side nearest to `point` [mm]."""
         p, a, b = complex(*point), complex(*self.start), complex(*self.end)
         if self.through is None:
             along = ((p - a) * (b - a).conjugate()).real / abs(b - a) ** 2
@@ -64,7 +72,7 @@ class Side:
         return min(self.start, self.end, key=lambda end: math.dist(end, point))
 
     def distances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Distances of many points, (n, 2), from the side."""
+        """Return the distances from the side of points (n, 2), as (n,) [mm]."""
         p, a, b = points[:, 0] + 1j * points[:, 1], complex(*self.start), complex(*self.end)
         if self.through is None:
             along = ((p - a) * (b - a).conjugate()).real / abs(b - a) ** 2
@@ -76,7 +84,20 @@ class Side:
         return np.where(turn <= abs(sweep), beside, np.minimum(np.abs(p - a), np.abs(p - b)))
 
     def crossings(self, axis: int, value: float) -> list[XY]:
-        """The points at which coordinate `axis` has a value; none where the side runs along it."""
+        """Return the points of the side with a given coordinate.
+
+        Parameters
+        ----------
+        axis : int
+            0 for x, 1 for y.
+        value : float
+            The coordinate [mm].
+
+        Returns
+        -------
+        list of (float, float)
+            [mm]; empty for a straight side on which the coordinate is constant.
+        """
         if self.through is None:
             a, b = self.start, self.end
             if a[axis] == b[axis] or not min(a[axis], b[axis]) <= value <= max(a[axis], b[axis]):
@@ -96,7 +117,7 @@ class Side:
 
     @property
     def length(self) -> float:
-        """Length along the side [mm]."""
+        """Length of the side [mm]."""
         if self.through is None:
             return math.dist(self.start, self.end)
         return self.radius * abs(self._arc(self.through)[1])
@@ -109,7 +130,7 @@ class Side:
         return math.dist(arc_centre(self.start, self.through, self.end), self.start)
 
     def _arc(self, through: XY) -> tuple[complex, float]:
-        """Centre, and the angle from start to end, positive anticlockwise."""
+        """Return centre [mm] and angle from start to end, positive anticlockwise [rad]."""
         centre = complex(*arc_centre(self.start, through, self.end))
         start, middle, end = (complex(*p) - centre for p in (self.start, through, self.end))
         sweep = cmath.phase(end / start) % math.tau
@@ -118,14 +139,14 @@ class Side:
 
 
 def arc_centre(start: XY, through: XY, end: XY) -> XY:
-    """Centre of the circle through three points that are not on one line [mm]."""
+    """Return the centre of the circle through three points that are not on one line [mm]."""
     a, b, c = (complex(*p) for p in (start, through, end))
     w = (c - a) / (b - a)
     return _xy(a + (b - a) * (w - abs(w) ** 2) / complex(0, 2 * w.imag))
 
 
 def sides_of(shape: Circle | Sequence[Vertex]) -> list[Side]:
-    """The sides of a circle or a closed line of corners."""
+    """Return the sides of a circle (two arcs) or of a closed line given by its corners."""
     if isinstance(shape, Circle):
         (x, y), r = shape.centre, shape.radius
         west, east = (x - r, y), (x + r, y)
@@ -135,7 +156,7 @@ def sides_of(shape: Circle | Sequence[Vertex]) -> list[Side]:
 
 
 def anticlockwise(sides: Sequence[Side]) -> list[Side]:
-    """Return the sides of a closed line in the anticlockwise sense."""
+    """Return the sides of a closed line in anticlockwise order."""
     x, y = (np.array(ring(sides)) - np.array(sides[0].start)).T
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0.0:
         return list(sides)
@@ -143,7 +164,7 @@ def anticlockwise(sides: Sequence[Side]) -> list[Side]:
 
 
 def ring(sides: Sequence[Side]) -> list[XY]:
-    """Points along a closed line, the first not repeated."""
+    """Return the corners of the polygon of a closed line, with chords for arcs [mm]."""
     return [point for side in sides for point in side.points()]
 
 

@@ -1,4 +1,4 @@
-"""Pydantic's errors in the words of this package: one reason for each bad key."""
+"""Messages for pydantic's validation errors: one reason for each wrong key."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from cfmpm.errors import did_you_mean
-from cfmpm.scene.base import Model
+from cfmpm.scene.base import Model, models_in
 from cfmpm.scene.document import Key, parse_key
 from cfmpm.scene.model import Scene
 
@@ -24,8 +24,8 @@ REASONS = {
     "too_short": "needs at least {min_length}, has {actual_length}",
     "too_long": "takes at most {max_length}, has {actual_length}",
     "string_too_short": "must not be empty",
-    "string_too_long": "must have at most {max_length} letters",
-    "string_pattern_mismatch": "must be letters, digits, _ and -, and begin with a letter",
+    "string_too_long": "must have at most {max_length} characters",
+    "string_pattern_mismatch": "must be letters, digits, _ and -, and start with a letter",
     "string_type": "must be text; put it in quotes",
     "string_unicode": "must be text that can be written in UTF-8",
     "bool_type": "must be true or false",
@@ -35,12 +35,26 @@ REASONS = {
     "model_attributes_type": "must be a mapping",
     "recursion_loop": "contains itself",
 }
-# Kinds of error whose reason already contains the value.
+# Types of error whose message already contains the value.
 WITHOUT_VALUE = {"too_short", "too_long", "string_too_short", "refused", "recursion_loop"}
 
 
 def refusals(error: ValidationError, data: Any, model: type[Model] = Scene) -> dict[Key, str]:
-    """The first error for each wrong key of `data`, which should fit a model."""
+    """Return the first error for each wrong key.
+
+    Parameters
+    ----------
+    error : ValidationError
+        Raised by `model` for `data`.
+    data : object
+        Nested dictionaries and lists.
+    model : type of Model
+
+    Returns
+    -------
+    dict of Key to str
+        Reason by key.
+    """
     found: dict[Key, str] = {}
     for detail in error.errors(include_url=False):
         key = _key(detail["loc"], data)
@@ -57,8 +71,8 @@ def _reasons(detail: ErrorDetails, key: Key, model: type[Model]) -> Iterator[tup
         yield (*key, name), f"is missing: {meaning}" if meaning else "is missing"
     elif kind == "extra_forbidden":
         fields = _model_at(detail["loc"][:-1], model).model_fields
-        if name.isdecimal() and value is None:  # {E: 210,5} holds a key 5 without a value
-            yield key, f"unknown key; a decimal comma? write a point, as in 1.{name}"
+        if name.isdecimal() and value is None:  # {E: 210,5} is read as a key 5 without a value
+            yield key, f"unknown key {name}; write decimals with a point, as in 1.{name}"
         else:
             yield key, "unknown key" + did_you_mean(name, fields)
     elif kind == "invalid_key":
@@ -89,7 +103,7 @@ def _plain_reason(kind: str, detail: ErrorDetails, value: Any) -> str:
 
 
 def shown(value: Any) -> str:
-    """A value as it was written in the file, in at most one line."""
+    """Return a value as text for a message, similar to the file, at most 60 characters."""
     if value is None:
         return "nothing"
     if isinstance(value, Mapping):
@@ -107,34 +121,28 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _models_in(annotation: Any) -> list[type[Model]]:
-    if isinstance(annotation, type) and issubclass(annotation, Model):
-        return [annotation]
-    return [model for part in typing.get_args(annotation) for model in _models_in(part)]
-
-
 def _kind(model: type[Model]) -> str:
     field = model.model_fields.get("kind")
     return str(typing.get_args(field.annotation)[0]) if field else ""
 
 
-KINDS = [_kind(model) for model in _models_in(Scene.model_fields["family"].annotation)]
+KINDS = [_kind(model) for model in models_in(Scene.model_fields["family"].annotation)]
 
 
 def _model_at(loc: tuple[str | int, ...], model: type[Model]) -> type[Model]:
-    """The model that refused a key at `loc`."""
+    """Return the model that raised the error at `loc`."""
     models: list[type[Model]] = [model]
     for part in loc:
         field = models[0].model_fields.get(str(part)) if len(models) == 1 else None
         if field is not None:
-            models = _models_in(field.annotation)
+            models = models_in(field.annotation)
         else:  # an index, or the name of one model of a union
             models = [model for model in models if _kind(model) == part] or models
     return models[0]
 
 
 def _key(loc: tuple[str | int, ...], data: Any) -> Key:
-    """The part of an error's location that is a key in the data, without the names of unions."""
+    """Return the key in the data from the location of an error, without the tags of unions."""
     key: list[str | int] = []
     for part in loc:
         if isinstance(data, Mapping) and isinstance(part, str) and part in data:

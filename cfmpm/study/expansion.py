@@ -11,7 +11,9 @@ from typing import Any, Self
 import numpy as np
 
 from cfmpm.errors import did_you_mean
+from cfmpm.scene.base import takes_list_or_count
 from cfmpm.scene.document import parse_key
+from cfmpm.scene.model import Scene
 from cfmpm.study.model import MOST_MEMBERS, LatinHypercube, Parameter, Study, Uncertain
 
 SAMPLE = "sample"
@@ -170,6 +172,8 @@ def broken_rules(study: Study, reserved: set[str]) -> Iterator[Finding]:
         keys |= dict.fromkeys(own, name)
         if isinstance(parameter, Parameter):
             yield from ((place, reason) for reason in _broken_values(parameter))
+        if isinstance(parameter, Uncertain) or (parameter.key and parameter.values is None):
+            yield from ((f"{place}.key", reason) for reason in _ambiguous(str(parameter.key)))
     for name, one in study.product.items():
         if one.variants is None and len({_hashable(value) for value in values(one)}) < size(one):
             yield f"product.{name}", "has a value twice"
@@ -187,6 +191,15 @@ def _broken_values(parameter: Parameter) -> Iterator[str]:
     for value in values(parameter) if parameter.values is not None else ():
         if isinstance(value, str) and _is_number(value):
             yield f"{value!r} is text: write the number without quotes"
+
+
+def _ambiguous(key: str) -> Iterator[str]:
+    """Check that the numbers of a range or of a distribution cannot be both counts and lengths."""
+    if takes_list_or_count(parse_key(key), Scene):
+        yield (
+            f"{key} is a count or a list: for counts write them as values, such as [1, 2, 4]; for "
+            f"numbers of the list take {key}[0]"
+        )
 
 
 def _is_number(text: str) -> bool:

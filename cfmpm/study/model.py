@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 from cfmpm.scene.base import Model
 from cfmpm.scene.document import parse_key
 from cfmpm.scene.model import Scene
-from cfmpm.scene.quantities import Count, Name, Number
+from cfmpm.scene.quantities import Count, Name, Number, Text
 
 # All are checked before the first is solved, which takes a millisecond and 14 kB each.
 MOST_MEMBERS = 100_000
@@ -117,7 +117,7 @@ class Uncertain(Model):
     """A key of the scene and the distribution its values are drawn from."""
 
     key: DottedKey = Field(description="key of the scene, such as material.g_c")
-    distribution: str = Field(
+    distribution: Text = Field(
         description="a continuous distribution of scipy.stats, such as norm, lognorm or uniform"
     )
     arguments: dict[str, Number] = Field(
@@ -151,7 +151,7 @@ class Study(Model):
     """
 
     name: Name
-    description: str = ""
+    description: Text = ""
     base: Annotated[Any, BeforeValidator(_base, json_schema_input_type=str | Scene)] = Field(
         description="the scene: a path relative to the study file, or written out"
     )

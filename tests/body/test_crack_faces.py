@@ -1,4 +1,4 @@
-"""Faces of cracks: the sign of their opening, at rest and turned with the body."""
+"""Crack faces: the sign of their opening, also after a rotation of the body."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ABOVE = 4.0
 
 
 def apart(grid: Grid, gap: float) -> Floats:
-    """Displacement by which the faces of the crack move apart, but at its tip."""
+    """Displacement that opens the crack except at its tip."""
     pairs = face_pairs(grid, "crack_1")
     motion = np.zeros_like(grid.nodes)
     motion[pairs.left, 1] = 0.5 * gap
@@ -55,7 +55,7 @@ def test_at_finite_deformation_the_normal_turns_with_the_crack(gap: float, degre
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize(("rise", "corner"), [(0.1, False), (0.5, True)])
 def test_a_corner_has_the_normals_of_both_sides(rise: float, corner: bool, element: str) -> None:
-    """A lesser bend, of 6 degrees, has their mean, along which a uniform pressure acts."""
+    """At a bend of only 6 degrees the normal is their mean, the direction of a uniform pressure."""
     mesh = rectangle(8, 8, 8.0, 8.0, crack=(4, 0, 4))
     nodes = mesh.nodes.copy()
     bend = int(np.flatnonzero((nodes == [2.0, ABOVE]).all(axis=1))[0])

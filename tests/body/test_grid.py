@@ -122,7 +122,7 @@ def test_opening_a_crack_keeps_area_twins_and_connection(nx, ny, shake, seed, da
 @pytest.mark.parametrize("swapped", [False, True])
 @pytest.mark.parametrize("degrees", [0.0, 17.0, 130.0, -75.0])
 def test_regions_ahead_are_two_along_their_border_and_else_one(degrees, swapped):
-    """Off it by round-off is along it; by a millionth of a radian it is not."""
+    """A direction within round-off of the border counts as along it; 1e-6 rad off does not."""
     flat = build_grid(rectangle(6, 4, crack=(2, 0, 3)), "T3")
     centre = flat.nodes[flat.triangles].mean(axis=1)
     above = (centre[:, 1] > 0.5).astype(int)

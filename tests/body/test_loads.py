@@ -76,7 +76,7 @@ def test_a_box_takes_the_boundary_inside_it():
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("cells", [(4, 2), (7, 5), (1, 1)])
 def test_a_traction_is_cut_at_the_border_of_its_box(cells, element):
-    """As in a mesh file, the grid has no nodes there: the edges are cut."""
+    """As in a mesh file, the grid has no nodes at the border of the box: edges are cut."""
     grid, loading = load(
         [
             {"box": [[0.3, 1.3], [1.7, 5]], "traction": [1.0, 2.0]},
@@ -174,7 +174,7 @@ def test_a_margin_of_a_box_makes_no_small_elements():
 
 
 def test_a_traction_that_a_support_takes_up_is_told():
-    """Not where they share a corner, which they do on any grid."""
+    """A corner that both share is no reason for a warning."""
     support = {"name": "held", "edge": "bottom", "displacement": {"x": 0, "y": 0}}
     _, loading = load([support, {"edge": "left", "traction": [1, 1]}])
     assert loading.warnings == ()
@@ -254,7 +254,7 @@ def test_motions_that_no_load_drives_are_held(loads, held):
 
 
 def test_a_part_cut_off_by_a_crack_must_be_held_too():
-    """Two plates in one: the right one is cut off and only pulled."""
+    """A plate whose right part is cut off by a crack and carries a traction only."""
     severed = build_grid(rectangle(4, 2, 4.0, 2.0, crack=(1, 0, 4)), "T3")
     with pytest.raises(SceneError, match="out of balance"):
         load(
@@ -329,7 +329,7 @@ def test_fixed_loads_act_in_full_at_every_factor(element, factor):
 
 
 def test_a_fixed_displacement_adds_to_a_proportional_one():
-    """Loads of one part must agree at a node; those of the two parts add up."""
+    """Displacements of one part (fixed or proportional) must agree; those of both parts add up."""
     grip = [
         {"name": "set", "edge": "top", "displacement": {"y": 0.1}},
         {"name": "driven", "edge": "top", "displacement": {"y": 0.3}},
@@ -345,7 +345,7 @@ def test_a_fixed_displacement_adds_to_a_proportional_one():
 
 
 def test_each_part_has_to_be_in_balance():
-    """Opposite at factor one, but at no other."""
+    """The resultants cancel at load factor one only."""
     loads = [
         {"name": "up", "edge": "top", "traction": [0, 1]},
         {"name": "down", "edge": "bottom", "traction": [0, -1]},

@@ -1,4 +1,4 @@
-"""What materials say of the direction across the plane."""
+"""Out-of-plane stress of the laws."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ EYE = np.eye(2)
 
 
 def energies(law, F, across, zz=0.0):
-    """Stored energy per reference volume of F in the plane and a stretch across it.
+    """Stored energy per reference volume of an in-plane F and an out-of-plane stretch.
 
-    Of J2, `zz` is the logarithmic plastic strain across, and F the elastic part in the plane.
+    For j2, `zz` is the out-of-plane logarithmic plastic strain, and F the in-plane elastic part.
     """
     J = np.linalg.det(F) * across
     ln = np.log(J)
@@ -30,13 +30,13 @@ def energies(law, F, across, zz=0.0):
 
 
 def derivative(law, F, zz=0.0, h=1e-3):
-    """dW/dl of a stretch l across the plane, at l = 1, by differences of fourth order."""
+    """dW/dl of the out-of-plane stretch l at l = 1, by differences of fourth order."""
     values = [energies(law, F, 1.0 + k * h, zz) for k in (-2, -1, 1, 2)]
     return (8 * (values[2] - values[1]) - (values[3] - values[0])) / (12 * h)
 
 
 def table(*words, lam=None, plastic=(YIELD, HARDENING)) -> Materials:
-    """One region a law."""
+    """One region for each law."""
     lam = np.full(len(words), LAM) if lam is None else lam
     E, nu = MU * (3 * lam + 2 * MU) / (lam + MU), lam / (2 * (lam + MU))
     rows = [
@@ -62,7 +62,7 @@ def points_of(gradients, stress, material):
 
 
 def cauchy(law, H, internal=None):
-    """Cauchy stress in the plane, and the new state, of one point without patches."""
+    """In-plane Cauchy stress and new internal variables of one point without patches."""
     y = np.linalg.det(EYE + H) - 1.0
     internal = np.zeros((1, 6)) if internal is None else internal
     materials = table(law)
@@ -89,7 +89,7 @@ def test_stress_across_is_the_derivative_of_the_energy(law):
 
 
 def test_stress_across_where_material_has_flowed():
-    """tau_zz = lambda ln J + 2 mu eps_zz, of the elastic strain that flow across has left."""
+    """tau_zz = lambda ln J + 2 mu eps_zz with the elastic strain after plastic flow."""
     for H in gradients():
         _, state = cauchy("j2", H)
         # Back a little, from there on elastic.

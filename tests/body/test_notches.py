@@ -1,4 +1,4 @@
-"""Sharp notches of a boundary: found where they are, and nowhere else."""
+"""Sharp notches of the boundary are found, and nothing else."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ STRESS = np.array([1.0, -0.7, 0.4])
 
 
 def make(element, number=0, nx=5, ny=4, shift=0.0, **options):
-    """Grid with cells of size one, its points, their domains and their quadrature."""
+    """Grid with cells of size one, with its points, their domains and the quadrature."""
     triangulation = rectangle(nx, ny, nx, ny, seed=number, **options)
     grid = build_grid(replace(triangulation, nodes=triangulation.nodes + shift), element)
     return grid, *seeded(grid)
@@ -37,7 +37,7 @@ def seeded(grid):
 
 
 def with_corners(grid, nodes):
-    """The grid with other corners; mid-side nodes follow."""
+    """The grid with moved corners; mid-side nodes stay at the middle of their sides."""
     nodes = nodes.copy()
     for k in range(3, grid.elements.shape[1]):
         ends = grid.elements[:, k - 3], grid.elements[:, (k - 2) % 3]
@@ -54,7 +54,7 @@ def is_inner(grid):
 
 
 def move(grid, rng, by=0.4, part=0.5):
-    """Move some inner corners by up to `by` where no triangle turns over; and what changed."""
+    """Move some inner corners by up to `by`; return the grid and the changed triangles."""
     inner = np.flatnonzero(is_inner(grid)[: grid.n_corners])
     moved = grid
     for node in inner[rng.random(len(inner)) < part]:
@@ -80,7 +80,7 @@ def assert_stiffness_of_finite_elements(grid, quadrature):
 
 
 def unbalance(grid, points, stress=STRESS):
-    """Largest force of a uniform stress on an inner node, over stress times cell size."""
+    """Largest force of a uniform stress on an inner node, divided by stress times cell size."""
     n = len(points)
     stressed = points.deformed(np.zeros((n, 2, 2)), np.tile(stress, (n, 1)), np.zeros(n))
     force = small_strain.internal_force(pose(grid, unloaded(grid), MATERIALS, points), stressed)
@@ -88,7 +88,7 @@ def unbalance(grid, points, stress=STRESS):
 
 
 def assert_whole(grid, points, quadrature):
-    """Pieces fill every triangle and every domain, and are in order."""
+    """The intersections fill every triangle and every domain, and are sorted."""
     per_triangle = np.bincount(quadrature.element, quadrature.volume, len(grid.elements))
     np.testing.assert_allclose(per_triangle, grid.areas, rtol=1e-12)
     per_point = np.bincount(quadrature.owner, quadrature.volume, len(points))
@@ -167,7 +167,7 @@ def test_unchanged_triangles_keep_their_points(element):
 @examples
 @given(number=numbers)
 def test_uniform_stress_is_in_balance_on_the_moved_grid(element, number):
-    """Patch test: no force at inner nodes, wherever the nodes went."""
+    """Patch test: a uniform stress gives no force at inner nodes after nodes have moved."""
     grid, points, domains, quadrature = make(element, number, crack=None)
     moved, changed = move(grid, np.random.default_rng(number))
     quadrature = particle_domains.realign(quadrature, domains, points, moved, changed)
@@ -202,10 +202,10 @@ def test_linear_displacement_is_exact_on_the_moved_grid(element, number):
 
 @pytest.mark.parametrize("far", [0.05, 0.1, 0.2, 0.3])
 def test_the_paper_s_fixed_volumes_fail_the_patch_test(far):
-    """One node moved by f cell sizes h leaves 1.6 f sigma h where points and volumes stay.
+    """With fixed points and volumes, a node moved by f cell sizes h has a force of 1.6 f sigma h.
 
-    In the same test the pieces leave round-off (above). The force is in units of sigma h, so that
-    a finer grid does not make it smaller.
+    With particle domains the force is round-off (test above). It is given in units of sigma h:
+    it does not decrease on finer grids.
     """
     for n in (6, 18):
         grid, points, _, _ = make("T3", nx=n, ny=n)
@@ -225,7 +225,7 @@ def test_the_paper_s_fixed_volumes_fail_the_patch_test(far):
 
 @elements
 def test_triangles_that_were_split(element):
-    """An edge is halved: two triangles become four, two of them new."""
+    """An edge is bisected: two triangles become four, two of them new."""
     triangulation = rectangle(3, 3, 3, 3, shake=0.3)
     grid = build_grid(triangulation, element)
     points, domains, quadrature = seeded(grid)
@@ -291,7 +291,7 @@ def test_a_crack_that_grows_cuts_points_in_two(element, shift, number):
 @elements
 @pytest.mark.parametrize("shift", [0.0, 1e6])
 def test_halves_of_a_cut_point(element, shift):
-    """Where each stands, what it weighs, and that the rest is that of its parent."""
+    """Position and volume of each half; the rest of the state is that of the parent point."""
     rng = np.random.default_rng(4)
     grid, points, domains, quadrature = make(element, shake=0.3, shift=shift)
     n = len(points)
@@ -336,7 +336,7 @@ def test_halves_of_a_cut_point(element, shift):
 
 
 def assert_cut(domains, quadrature, segments):
-    """No domain reaches over a segment, and every piece is in the domain of its owner."""
+    """No domain crosses the segment; every quadrature point is in the domain of its owner."""
     polygons = np.array([shapely.Polygon(domains.polygon(p)) for p in range(len(domains))])
     inside = shapely.buffer(polygons, -1e-4)
     assert not shapely.intersects(inside[:, None], shapely.linestrings(segments)).any()

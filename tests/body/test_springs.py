@@ -1,4 +1,4 @@
-"""Springs on a grid: supports between its nodes, and the ghost of a gradient."""
+"""Springs on a grid: supports between nodes, and ghost stabilisation."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_ghost_feels_jumps_of_the_gradient_and_nothing_else(grid):
 
 
 def test_ghost_does_not_cross_a_crack(grid):
-    """One face moved against the other costs nothing at the faces, only beyond the tip."""
+    """Relative motion of the crack faces has no energy along the faces, only ahead of the tip."""
     fill = np.full(len(grid.elements), 0.5)
     springs = ghost(grid, fill, 0.6, 10.0)
     left, right = (grid.crack_faces["crack_1"][:, side] for side in (0, 1))

@@ -65,7 +65,7 @@ def test_clearance_ends_at_a_sharp_bend():
 @pytest.mark.parametrize("growing", [False, True])
 @pytest.mark.parametrize(("turn", "clearance"), [(5.0, 4.0), (-19.0, 4.0), (21.0, 1.0)])
 def test_a_crack_that_bends_little_by_little_leaves_its_domain_room(grid, turn, clearance, growing):
-    """Ways of 1 mm, each turned from the one before: at rest as in growth only corners count."""
+    """Segments of 1 mm with small turns: only sharp corners limit the domain."""
     (tip,) = grid.tips
     bent = with_path(tip, *(turned(180.0 + i * turn) for i in range(6)))
     found = choose_domains(grid, bent, 1, growing=growing).clearance
@@ -92,7 +92,7 @@ def test_radii_asked_for_are_kept_or_cut_back(grid):
 
 
 def test_clearance_ends_at_its_own_flank():
-    """A crack that turns back on itself, 1 mm apart, seen from a tip that runs."""
+    """A crack that turns back at a distance of 1 mm limits the clearance of its growing tip."""
     triangulation = rectangle(20, 20, 10.0, 10.0)
     number = np.arange(21 * 21).reshape(21, 21)
     line = np.concatenate([number[0:15, 8], number[14, 9:11], number[13:5:-1, 10]])
@@ -121,7 +121,7 @@ def turned(angle):
 
 
 def with_path(tip, *ways):
-    """The tip of another crack line, along these ways from the tip on."""
+    """The tip with another crack path, given by segments from the tip on."""
     path = tip.path[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(ways, axis=0)])
     return replace(tip, path=path)
 
@@ -171,7 +171,7 @@ def test_a_running_tip_keeps_off_the_other_end_of_its_crack_and_not_off_its_bend
 
 @pytest.mark.parametrize(("apex", "flank"), [(58.0, True), (62.0, False)])
 def test_what_is_twice_as_far_by_the_crack_as_straight_across_is_a_flank(grid, apex, flank):
-    """Two ways of 1 mm with an angle between them: 1 / sin(angle / 2) as far by the crack."""
+    """Two segments of 1 mm at an angle: 1 / sin(angle / 2) times the direct distance."""
     (tip,) = grid.tips
     back = turned(180.0 + apex)
     end = turned(0.0) + back
@@ -188,7 +188,7 @@ def test_a_point_of_a_load_limits_a_domain_but_for_the_tip_itself(grid):
 @pytest.mark.parametrize(("way", "ahead"), [((1.0, 0.75), True), ((0.75, 1.0), False)])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_what_lies_within_45_degrees_is_ahead(grid, way, ahead, side):
-    """Points at 37 and at 53 degrees, 1.25 mm away; and behind nothing is."""
+    """Points at 37 and 53 degrees, 1.25 mm away; points behind the tip do not lie ahead."""
     (tip,) = grid.tips
     for along in (1.0, -1.0):
         at = tip.path[0] + np.array(way) * [along, side]
@@ -200,7 +200,7 @@ def test_what_lies_within_45_degrees_is_ahead(grid, way, ahead, side):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_bend_by_more_than_twenty_degrees_is_sharp(grid, sign):
-    """To either side; the nearest one counts."""
+    """To either side; the nearest bend counts."""
     (tip,) = grid.tips
     for turn, distance in ((19.0, np.inf), (21.0, 1.2)):
         path = with_path(
@@ -224,7 +224,7 @@ def test_a_bend_by_more_than_twenty_degrees_is_sharp(grid, sign):
     ],
 )
 def test_which_domains_tell_a_direction(of, steers):
-    """Two elements are needed where it runs at something, and two since its last sharp bend."""
+    """Two elements to an object ahead are needed, and two since the last sharp bend."""
     assert TipDomain((1.0,), 4.0, cut_back=False, growing=True, **of).steers == steers
 
 

@@ -12,7 +12,7 @@ from cfmpm.scene.reading import scene_from_dict
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_fields_of_the_basis_are_carried_over_exactly(element):
-    """Linear on T3, quadratic on T6; with a jump across the crack that was there."""
+    """Linear on T3, quadratic on T6; with a jump across the existing crack."""
     scene = scene_from_dict(
         {
             "name": "plate",

@@ -1,4 +1,4 @@
-"""Patches: who is joined to whom, and that they do away with locking."""
+"""Patches: which triangles form them, and that they remove volumetric locking."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def scattered(n, seed):
 
 
 def assert_patches(grid):
-    """Every triangle is in one patch; those of a patch hang together by sides, in one region."""
+    """Every triangle is in one patch; a patch is connected by sides and within one region."""
     found = build_patches(grid)
     sizes = np.bincount(found.of_triangle)
     assert sizes.min() > 0
@@ -89,7 +89,7 @@ def test_t6_averages_over_each_triangle():
 
 
 def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, outer=2.0):
-    """Mean radial displacement of the bore of a quarter tube under pressure over Lame's."""
+    """Mean radial displacement of the bore of a quarter tube under pressure, relative to Lame's."""
     mesh = rectangle(n, n, shake=0.3, seed=2)
     grid = build_grid(mesh, element)
     r = inner + (outer - inner) * grid.nodes[:, 0]
@@ -168,7 +168,7 @@ def radial_displacement(element, nu, *, patched, n=12, pressure=1.0, inner=1.0, 
 
 @pytest.mark.parametrize(("element", "bound"), [("T3", 0.01), ("T6", 0.002)])
 def test_no_locking(element, bound):
-    """A tube under inner pressure (Lame): near incompressibility as near to exact as at 0.3."""
+    """Tube under internal pressure (Lame): near incompressibility the error is that at nu = 0.3."""
     for nu in (0.3, 0.499, 0.4999, 0.499999):
         error = radial_displacement(element, nu, patched=True) - 1.0
         assert abs(error) < bound, (nu, error)
@@ -182,7 +182,7 @@ def test_without_patches_t3_locks():
 
 
 def test_a_piece_of_round_off_size_in_another_material_does_not_change_the_stiffness():
-    """As a particle domain may have one beyond an interface, in a patch of which it is the last."""
+    """A particle domain may have such a part beyond an interface, as the last point of a patch."""
     grid = build_grid(rectangle(4, 4, 4.0, 4.0, shake=0.3), "T3")
     points = seed(grid)
     piece = {field.name: getattr(points, field.name)[[5]] for field in fields(points)}

@@ -1,4 +1,4 @@
-"""Calls of commands as tests make them."""
+"""Calls of the command line for tests."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def expect_failure(result: Result, status: int, *words: str) -> None:
 
 
 def output_of(code: str, *arguments: str) -> str:
-    """Run code in an interpreter of its own; its output."""
+    """Run code in a new interpreter and return its output."""
     done = subprocess.run(
         [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False
     )

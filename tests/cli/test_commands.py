@@ -1,4 +1,4 @@
-"""The command line: what it writes, what it says, how it fails."""
+"""The command line: files, messages and errors."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class TestRun:
         assert not list(Path("results/whole").glob("cf_*"))
 
     def test_nothing_of_two_runs_stands_side_by_side(self, scene: Path) -> None:
-        """Whatever a run, plot and export can write is gone when the next run has ended."""
+        """Files written by an earlier run, plot and export are removed by the next run."""
         pytest.importorskip("pyvista")
         folder = Path("results/small")
         folder.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""What run, check and plot say of cracks that grow."""
+"""Output of run, check and plot for growing cracks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cfmpm.scene import load_scene
 
 
 class TestGrowth:
-    """What run, check and plot say of cracks that grow."""
+    """Output of run, check and plot for growing cracks."""
 
     @pytest.fixture
     def scene(self, scene: Path) -> Path:
@@ -25,7 +25,7 @@ class TestGrowth:
         return scene
 
     def test_the_last_elements_before_an_arrival_count_for_nothing(self, scene: Path) -> None:
-        """There no domain holds enough of them for J and G to be the same."""
+        """A domain there contains too few elements for J and G to agree."""
         result = call("run", scene, "--set", "growth.increments=300")
         assert result.exit_code == 0, result.output
         assert "arrived at boundary" in result.stdout

@@ -1,4 +1,4 @@
-"""Files that were made to do harm, and places where nothing can be written."""
+"""Malicious files, and places where nothing can be written."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ STUDY = "name: s\nbase: {}\nproduct: {{t: {{key: family.traction, values: [1]}}}
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A scene file, a finished run of it, and one that was broken off."""
+    """A scene file, a finished run and an interrupted run."""
     folder = tmp_path_factory.mktemp("made")
     (folder / "scene.yaml").write_text(SCENE)
     for name in ("finished", "broken_off"):
@@ -54,7 +54,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A copy of both, beside a file that is dear to somebody."""
+    """A copy of both beside a file that must not change."""
     shutil.copytree(made, tmp_path / "a" / "copy")
     monkeypatch.chdir(tmp_path / "a" / "copy")
     (tmp_path / "a" / "precious.png").write_text("dear")
@@ -62,7 +62,7 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def refused(*words: object) -> str:
-    """The single line with which a command refuses its input."""
+    """The single line of the error message."""
     done = CliRunner().invoke(app, [str(word) for word in words])
     assert done.exit_code == 2, done.output
     assert done.stderr.count("\n") == 1, done.stderr
@@ -102,7 +102,7 @@ def test_a_table_of_fields_names_files_of_its_own_folder(
 
 
 def test_names_of_tips_stay_in_the_folder(folder: Path) -> None:
-    """Not even where a folder is there that the path would lead through."""
+    """Not even if a folder of that name exists."""
     history = folder / "finished" / "history.nc"
     (folder / "finished" / "mesh_").mkdir()
     changed(history, tip=np.array(["/../../../precious"], object))
@@ -183,7 +183,7 @@ def test_a_large_file_is_refused(folder: Path) -> None:
 
 
 def test_a_run_without_stderr_or_stdout_is_kept(folder: Path) -> None:
-    """Also no library writes its messages into the file that took the place of stderr."""
+    """No library may write messages into a file that reuses the descriptor of stderr."""
     for closed in ("2>&-", ">&- 2>&- <&-", "2>/dev/full"):
         command = f'exec "{sys.executable}" -m cfmpm run scene.yaml --output out -v {closed}'
         shutil.rmtree("out", ignore_errors=True)
@@ -193,7 +193,7 @@ def test_a_run_without_stderr_or_stdout_is_kept(folder: Path) -> None:
 
 
 def test_an_export_to_a_full_disk_leaves_nothing(folder: Path) -> None:
-    """Files may have 20 kB, which is less than any of the export."""
+    """File size is limited to 20 kB, less than any file of the export."""
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
@@ -234,7 +234,7 @@ def test_reading_that_does_not_end_is_ended(folder: Path, monkeypatch: pytest.Mo
 
 
 def test_crafted_checkpoints(folder: Path) -> None:
-    """Each of these made a kernel read beyond an array, or took memory without end."""
+    """Each of these once caused a read beyond an array, or unlimited use of memory."""
     path = folder / "broken_off" / "checkpoint.npz"
     with np.load(path) as file:
         whole = dict(file)

@@ -1,4 +1,4 @@
-"""What check and plot say and draw."""
+"""Output and figures of check and plot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands whose run breaks off, is killed, and goes on."""
+"""Runs that are interrupted or killed, and resumed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from cfmpm.output.run_folder import CHECKPOINT, HISTORY, UNFINISHED
 
 
 class StopHereError(Exception):
-    """What breaks a run off."""
+    """Interrupts a run."""
 
 
 SMALL = """\
@@ -51,7 +51,7 @@ def files_in(folder: Path) -> dict[str, bytes]:
 
 
 def python(code: str, *arguments: str) -> subprocess.Popen[str]:
-    """Start an interpreter of its own, in the folder of the scene."""
+    """Start a new interpreter in the folder of the scene."""
     return subprocess.Popen([sys.executable, "-c", code, *arguments], stderr=PIPE, text=True)
 
 
@@ -64,7 +64,7 @@ def wait_until(condition: Callable[[], object], process: subprocess.Popen[str]) 
 def break_off_at(
     monkeypatch: pytest.MonkeyPatch, step: int, error: BaseException | signal.Signals
 ) -> None:
-    """Let the solve of a step fail, or a signal come in it."""
+    """Let the solve of a step fail, or send a signal during it."""
     solve, calls = small_strain.solve_linear, []
 
     def failing(*arguments: Any, **keywords: Any) -> Any:
@@ -116,7 +116,7 @@ def test_a_run_that_breaks_off_keeps_what_it_found(
 def test_a_request_to_end_waits_for_the_file_that_is_being_written(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch, asked: signal.Signals
 ) -> None:
-    """In the midst of a write it would leave netCDF's lock taken, and the last write would hang."""
+    """Interrupting a write would leave netCDF's lock taken, and the final write would hang."""
     begun: list[bool] = []
     write = xr.Dataset.to_netcdf
 
@@ -140,7 +140,7 @@ def test_a_request_to_end_waits_for_the_file_that_is_being_written(
 def test_a_run_that_ends_without_balance_is_no_success(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The paper's transfer may leave a grid that cannot be solved: a stated end, and status 1."""
+    """With transfer: paper a grid may be singular: the run ends with a reason and status 1."""
     break_off_at(monkeypatch, 3, SolveError("no balance"))
     result = call("run", scene_file, "--set", "growth.transfer=paper")
     assert result.exit_code == 1
@@ -241,7 +241,7 @@ def test_overwriting_takes_nothing_away_before_there_is_something_else(
 def test_a_kill_while_a_resumed_run_starts_loses_no_fields(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Fields by step of the steps that are done are listed at any time."""
+    """The table of field files lists all finished steps at any time."""
     with monkeypatch.context() as patched:
         break_off_at(patched, 6, KeyboardInterrupt())
         call("run", scene_file)
@@ -283,7 +283,7 @@ app(sys.argv[2:])
 
 @contextmanager
 def stuck_at(step: int, *arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """A process of its own in which a command goes no further than a step."""
+    """Start a process in which a command stops at a step and waits."""
     process = python(STUCK, str(step), *arguments)
     try:
         wait_until(Path("stuck").exists, process)
@@ -297,7 +297,7 @@ def stuck_at(step: int, *arguments: str) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.mark.slow
 def test_kill_9_of_a_run_as_it_is_shipped(scene_file: Path) -> None:
-    """What is on disk is at least the first step, and the end is the same."""
+    """At least the first step is on disk; the resumed run gives the same result."""
     assert call("run", scene_file, "--output", "whole").exit_code == 0
     with stuck_at(6, "run", str(scene_file)) as process:
         process.kill()
@@ -314,7 +314,7 @@ def test_kill_9_of_a_run_as_it_is_shipped(scene_file: Path) -> None:
 
 @pytest.mark.slow
 def test_sigterm_in_a_fresh_process_loses_nothing(scene_file: Path) -> None:
-    """There, gmsh starts after the handler is installed, and would take it away."""
+    """gmsh starts after the signal handler is installed and must not replace it."""
     with stuck_at(6, "run", str(scene_file)) as process:
         process.terminate()
         said = process.communicate(timeout=60)[1]
@@ -364,7 +364,7 @@ def test_two_live_runs_do_not_mix(scene_file: Path) -> None:
 
 @pytest.mark.slow
 def test_kill_9_in_the_middle(scene_file: Path, tmp_path: Path) -> None:
-    """The process is given no chance to write anything."""
+    """SIGKILL cannot be handled: the process cannot write anything at the end."""
     whole = call("run", scene_file, "--set", "growth.increments=20", "--output", "whole")
     assert whole.exit_code == 0, whole.output
     code = (

@@ -1,4 +1,4 @@
-"""Plane elastic fields in balance without body force, and how well an element holds them."""
+"""Plane elastic fields in equilibrium without body force, and the error of an element for them."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ SMOOTH = Field(lambda k, z: np.exp(z))
 def solve(
     element: Element | str, n: int, field: Field
 ) -> tuple[Grid, np.ndarray, csr_array | csc_array]:
-    """Prescribe a field on the outer boundary of a plate of n by n cells, and solve for the rest.
+    """Prescribe a field on the outer boundary of a plate of n by n cells, and solve.
 
     Returns
     -------
@@ -78,12 +78,12 @@ def solve(
 
 
 def gradient_error(element: Element | str, n: int, field: Field = SMOOTH) -> float:
-    """Root mean square of the error of the displacement gradient, over its own."""
+    """Relative root mean square error of the displacement gradient."""
     return gradient_and_round_off(element, n, field)[0]
 
 
 def gradient_and_round_off(element: Element | str, n: int, field: Field) -> tuple[float, float]:
-    """Return that error, and what of it round-off may explain."""
+    """Return that error and a bound on its round-off."""
     grid, displacement, stiffness = solve(element, n, field)
     # Places that are no points of any rule: nothing converges faster there.
     inside = np.array([[i, j, 12 - i - j] for i in range(1, 11) for j in range(1, 12 - i)]) / 12
@@ -100,5 +100,5 @@ def gradient_and_round_off(element: Element | str, n: int, field: Field) -> tupl
 
 
 def rate(element: Element | str, n: int = 6) -> float:
-    """Return how the error of strain falls with the element size: its energy twice as fast."""
+    """Return the convergence rate of the strain error; the energy converges at twice this rate."""
     return float(np.log2(gradient_error(element, n) / gradient_error(element, 2 * n)))

@@ -1,4 +1,4 @@
-"""An element of order 3 that another package adds: one file, and its name as an entry point."""
+"""An element of order 3 that another package adds: one file and one entry point."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ REFUSALS = [
     (
         {"mesh": {"element": "T10_STATIONARY"}, "growth": {}},
         "mesh.element: T10_STATIONARY does not go with growth.transfer: domains: it does not "
-        "define the domains of its material points, as T3, T6, T10 do; with T10_STATIONARY cracks "
-        "grow under transfer: paper only",
+        "define the domains of its material points, as T3, T6, T10 do; use one of these, or "
+        "growth.transfer: paper",
     ),
     (
         {"mesh": {"element": "T10"}, "formulation": "updated", "updated": {"grid": "following"}},
@@ -107,7 +107,7 @@ REFUSALS = [
 
 @pytest.fixture
 def environment(tmp_path: Path) -> dict[str, str]:
-    """Where a package that adds the element is installed."""
+    """Environment in which a package with the element is installed."""
     shutil.copy(Path(__file__).with_name("cubic_element.py"), tmp_path)
     facts = tmp_path / "cubic_element-1.0.dist-info"
     facts.mkdir()
@@ -133,7 +133,7 @@ def test_scenes(environment: dict[str, str]) -> None:
 
 
 def test_refusals(environment: dict[str, str]) -> None:
-    """By file, line and key, with what is allowed."""
+    """Messages name file, line, key and what is allowed."""
     code = f"""
 from pathlib import Path
 from ruamel.yaml import YAML

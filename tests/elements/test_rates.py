@@ -1,4 +1,4 @@
-"""How fast each element converges: three lines for a new one."""
+"""Convergence rate of each element; a new element needs three lines."""
 
 from __future__ import annotations
 

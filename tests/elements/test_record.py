@@ -1,4 +1,4 @@
-"""What follows from an element's record, and whether the record is whole."""
+"""Element records, and the tables that follow from them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ all_orders = pytest.mark.parametrize("element", ALL.values(), ids=ALL)
 
 
 def places_in(grid, seed=0, per_triangle=5):
-    """Random places in each triangle."""
+    """Random points in each triangle."""
     rng = np.random.default_rng(seed)
     inside = rng.dirichlet(np.ones(3), (len(grid.elements), per_triangle))
     of = np.repeat(np.arange(len(grid.elements)), per_triangle)
@@ -37,7 +37,7 @@ def places_in(grid, seed=0, per_triangle=5):
 
 
 def shoelace(polygon):
-    """Twice the signed area of barycentric corners, of that of the triangle."""
+    """Signed area of a polygon in area coordinates, relative to that of the triangle."""
     x, y = (polygon / polygon.sum(axis=1, keepdims=True))[:, 1:].T
     return np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
 

@@ -1,4 +1,4 @@
-"""What counts as balance: the residual, and what round-off may leave of it."""
+"""Criterion of equilibrium: the residual and its round-off."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def solve(**changes):
 
 @pytest.fixture
 def inexact(monkeypatch):
-    """Make the linear solver miss by a relative error."""
+    """Give the linear solver a relative error."""
 
     def miss(error):
         exact = solvers.Factor.solve
@@ -71,7 +71,7 @@ class TestLinear:
             solve(kinematics="small")
 
     def test_a_rigid_motion_is_in_balance(self):
-        """It ends without force: round-off is measured by what had to be balanced on the way."""
+        """The final forces are zero: round-off scales with the forces of the iterations."""
         loads = [{"edge": "bottom", "displacement": {"x": 3.0, "y": -2.0}}]
         family = {name: value for name, value in PLATE["family"].items() if name != "traction"}
         result = solve(kinematics="small", family=family, loads=loads)
@@ -80,7 +80,7 @@ class TestLinear:
         assert float(result.history.residual_norm[0]) < small_strain.RESIDUAL
 
     def test_round_off_is_that_of_how_far_a_part_moved_on_the_way(self, monkeypatch):
-        """Faces that overlap before they are pressed apart: of both places the farther one."""
+        """Faces overlap before contact closes: the larger of both displacements counts."""
         asked = []
         monkeypatch.setattr(small_strain, "RESIDUAL", -1.0)
         monkeypatch.setattr(small_strain, "round_off", lambda K, moved, _: asked.append(moved) or 1)
@@ -101,7 +101,7 @@ class TestLinear:
 
 
 def test_round_off_is_that_of_the_largest_row():
-    """32 eps |K| |u| over the force, whatever cancels in K u."""
+    """32 eps |K| |u| relative to the force, in spite of cancellation in K u."""
     K = csr_array(np.array([[4.0, -2.0, 0.0], [-2.0, 1e6, -3.0], [0.0, -3.0, 5.0]]))
     u = np.array([1.0, 2e-3, -7.0])
     floor = round_off(K, u, 10.0)
@@ -111,7 +111,7 @@ def test_round_off_is_that_of_the_largest_row():
 
 class TestFinite:
     def test_balance_is_as_exact_as_asked(self):
-        """One Newton iteration less would not be."""
+        """One Newton iteration fewer would not meet the tolerance."""
         balance = solve(**PULLED).balance
         assert balance.residuals[-1] <= newton.RESIDUAL == 1e-9
         assert balance.residuals[-2] > newton.RESIDUAL
@@ -125,7 +125,7 @@ class TestFinite:
         assert balance.residuals[-2] > 1e-3
 
     def test_a_contrast_of_stiffness_is_solved_to_its_round_off(self):
-        """A hard inclusion leaves more than the bar, and no more than is stated."""
+        """With a hard inclusion the residual is above the tolerance, not above round-off."""
         hard = {"circle": {"centre": [30, 40], "radius": 6}, "material": {"E": 1e12, "nu": 0.3}}
         changes = {
             "family": None,

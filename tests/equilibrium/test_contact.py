@@ -1,4 +1,4 @@
-"""The complementarity problem of closed crack faces: what ends it, and what has no answer."""
+"""The complementarity problem of closed crack faces: convergence, and unsolvable cases."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cfmpm.linear.solvers import Solution
 
 
 class Flexibility:
-    """A body by the openings that unit forces of its pairs make."""
+    """A body, given by the openings due to unit contact forces."""
 
     def __init__(self, matrix):
         self.matrix = np.array(matrix, float)
@@ -64,20 +64,20 @@ def test_pairs_that_go_round_change_one_at_a_time(matrix, gap):
 
 @pytest.mark.parametrize("last", [1.0, 1.0 + 2.0**-51, 0.5], ids=["zero", "noise", "negative"])
 def test_pairs_that_depend_on_each_other_have_no_answer(last):
-    """As the pivot that is left for the second pair tells."""
+    """The pivot of the second pair is zero, round-off or negative."""
     with pytest.raises(SolveError, match="2 pairs of nodes cannot all be closed"):
         pressed([[1.0, 1.0], [1.0, last]], [-1.0, -2.0])
 
 
 def test_faces_that_only_touch_are_not_pressed():
-    """Overlap within the slack stays; beyond it a pair is closed in full."""
+    """An overlap within the tolerance is accepted; a larger one closes the pair."""
     force, opening = pressed(np.diag([2.0, 2.0]), [-1e-3, -3e-3], slack=2e-3)
     np.testing.assert_allclose(force, [0.0, 1.5e-3])
     np.testing.assert_allclose(opening, [-1e-3, 0.0], atol=1e-18)
 
 
 def test_what_a_neighbour_opens_does_not_pull():
-    """Alone both would close; the force of the first opens the second, which then has none."""
+    """Each pair alone closes; the force of the first opens the second, whose force is then zero."""
     flexibility = np.array([[2.0, 1.9], [1.9, 2.0]])
     force, opening = pressed(flexibility, [-2.0, -1.0])
     np.testing.assert_allclose(force, [1.0, 0.0])
@@ -86,7 +86,7 @@ def test_what_a_neighbour_opens_does_not_pull():
 
 
 def test_what_a_neighbour_closes_is_pressed():
-    """Open at first, overlapping as the other one is pressed apart."""
+    """A pair that is open at first overlaps once the other one is closed."""
     flexibility = np.array([[2.0, -1.5], [-1.5, 2.0]])
     force, opening = pressed(flexibility, [-2.0, 1.0])
     assert (force > 0.0).all()
@@ -97,7 +97,7 @@ def test_what_a_neighbour_closes_is_pressed():
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 12))
 def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
-    """With patience 0 pairs soon change one at a time, which ends on any such matrix (Murty)."""
+    """With patience 0 pairs change one at a time, which ends for any such matrix (Murty)."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(n, n))
     K = root @ root.T + 1e-3 * np.eye(n)

@@ -1,4 +1,4 @@
-"""How far Newton's method goes in one correction, and where it goes back."""
+"""Line search of Newton's method: step length, and backtracking."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ NO_POINTS = MaterialPoints(
 
 
 class Searched:
-    """The line search from (0, 0) to (1, 0) over unbalanced forces that are made up.
+    """The line search from (0, 0) to (1, 0) for given unbalanced forces.
 
     Parameters
     ----------
     unbalanced : callable
-        (along, across) by the part of the correction.
+        (along, across) as a function of the step length.
     inverted_from : float
-        Part from which on a point would be turned inside out.
+        Step length from which on a point is inverted.
     """
 
     def __init__(self, unbalanced, inverted_from=np.inf):
@@ -41,7 +41,7 @@ class Searched:
         return newton.Trial(displacement, NO_POINTS, force, 0.0)
 
     def end(self):
-        """Where it ends, and by which parts it came there."""
+        """Final step length, and those that were tried."""
         start = self._trial(np.zeros((1, 2)))
         self.tried.clear()
         found = self._march._searched(start, np.array([[1.0, 0.0]]), np.zeros((1, 2)), np.zeros(0))

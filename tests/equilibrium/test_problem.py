@@ -1,4 +1,4 @@
-"""One boundary value problem for small strain and finite deformation, and forces besides."""
+"""The boundary value problem of small strain and finite deformation, with additional forces."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def grid():
 
 
 def springs_of(grid):
-    """Across the crack and between triangles without a side in common: entries of their own."""
+    """Springs across the crack and between separate triangles need additional matrix entries."""
     place = np.array([[0.3, 0.2], [0.7, 0.9], [0.9, 0.4]]) * np.ptp(grid.nodes, axis=0)
     nothing = np.zeros(3)
     held = supports(grid, locate(grid, place), place, np.array([0, 1, 0]), 7.0, nothing, nothing)
@@ -33,7 +33,7 @@ def springs_of(grid):
 
 
 def spread(n, matrix, free):
-    """A matrix of the free degrees of freedom among all of them."""
+    """Expand a matrix of the free degrees of freedom to all of them."""
     found = np.zeros((n, n))
     found[np.ix_(free, free)] = matrix.toarray()
     return found
@@ -65,7 +65,7 @@ def test_stiffness_of_forces_is_added_where_it_belongs(grid, finite):
 
 
 def test_springs_hold_a_body_at_small_strain(grid):
-    """Stiff ones at the nodes of the lower side do what supports there do, pull included."""
+    """Stiff springs at the nodes of the lower side act as supports, also in tension."""
     low, high = grid.nodes.min(axis=0)[1], grid.nodes.max(axis=0)[1]
     lower = np.flatnonzero(grid.nodes[:, 1] == low)
     upper = np.flatnonzero(grid.nodes[:, 1] == high)
@@ -88,7 +88,7 @@ def test_springs_hold_a_body_at_small_strain(grid):
 
 @dataclass(frozen=True)
 class Hardening:
-    """A force that grows with the cube of the displacement, pulled along x."""
+    """A cubic spring along x with a dead force."""
 
     nodes: np.ndarray
     size: float
@@ -107,7 +107,7 @@ class Hardening:
 
 
 def test_a_force_of_ones_own_that_is_not_linear():
-    """Balanced with the rest of the body, by Newton's method at its own rate."""
+    """Solved together with the body, with quadratic convergence."""
     grid = build_grid(rectangle(4, 4, shake=0.4), "T3")
     low, high = grid.nodes.min(axis=0)[0], grid.nodes.max(axis=0)[0]
     pulled = np.flatnonzero(grid.nodes[:, 0] == high)

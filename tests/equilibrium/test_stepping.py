@@ -1,4 +1,4 @@
-"""The steps of load in which a state of finite deformation is reached, and where they end."""
+"""Load steps at finite deformation, and their end."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ REST = Equilibrium(NO_POINTS, NOTHING, NOTHING, NOTHING, 0, 0.0, 0.0, "", 2, 0, 
 
 @dataclass
 class Body:
-    """A body of one node that moves by one per load factor, between limits.
+    """A body of one node whose displacement is the load factor, between limits.
 
     Attributes
     ----------
     first : float
-        Length of the first step that it allows.
+        Length of the first step that converges.
     limits : (float, float)
         Load factors between which it is stable.
     iterations : int
-        Of Newton's method in each step.
+        Newton iterations in each step.
     leap : float
-        Largest change of the load factor that is not a jump of the stretch.
+        Largest change of the load factor within the limit on the stretch.
     """
 
     first: float = 0.3
@@ -155,7 +155,7 @@ def test_a_limit_is_found_to_a_thousandth_of_the_first_step(
 
 
 def test_a_body_that_cannot_begin_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By what was seen: it may well be a mechanism."""
+    """The message states what was observed; the body may be a mechanism."""
     body = Body(first=1.0, limits=(0.0, 0.0))
     with pytest.raises(SolveError, match=r"between load factors 0 and .*mechanism"):
         advance(monkeypatch, body, 0.0, 1.0)
@@ -164,7 +164,7 @@ def test_a_body_that_cannot_begin_is_an_error(monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.parametrize(("strain", "part"), [(0.2, 0.05), (-0.1, 0.1), (0.02, 0.5), (0.009, 1.0)])
 def test_the_first_step_strains_a_body_by_a_hundredth(strain: float, part: float) -> None:
-    """Held across, the strain is that along, which the stiffness weighs alike everywhere."""
+    """Confined: the strain is uniaxial and uniform."""
     scene = {
         "name": "block",
         "geometry": {"outline": [[0, 0], [40, 0], [40, 20], [0, 20]]},

@@ -1,4 +1,4 @@
-"""Contact at finite deformation: openings, forces and stiffness of faces that turn."""
+"""Contact at finite deformation: openings, forces and stiffness of rotated crack faces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cfmpm.scene.reading import scene_from_dict
 
 
 class TestTurnedFaces:
-    """Two cracks of T6 in a shape far from rest: slid, opened, turned."""
+    """Two cracks in T6 grids at large displacement: sliding, open, rotated."""
 
     @pytest.fixture
     def faces(self):
@@ -51,7 +51,7 @@ class TestTurnedFaces:
             np.testing.assert_allclose(exact, found, rtol=0, atol=1e-7 * np.abs(exact).max())
 
     def test_a_rigid_motion_changes_nothing(self, faces):
-        """No opening, and neither force nor moment by what faces do to each other."""
+        """No opening; contact forces have no resultant and no moment."""
         turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
         at = self.grid.nodes + self.shape
         moved = at @ np.array([[-0.28, 0.96], [-0.96, -0.28]]) + [3.0, -7.0] - self.grid.nodes

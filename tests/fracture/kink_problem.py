@@ -1,4 +1,4 @@
-"""The kink of a crack, solved anew: by conformal mapping, without a grid and without a series."""
+"""Independent solution of a kinked crack by conformal mapping, without grid and series."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ STEP, REACH = 0.25, 30.0
 
 
 def kinked_by_mapping(angle: float) -> tuple[float, float, float, float]:
-    """Return F_11, F_12, F_21, F_22 of a straight kink that is short beside the crack.
+    """Return F_11, F_12, F_21, F_22 of a straight kink that is short compared with the crack.
 
     Parameters
     ----------
     angle : float
-        Of the kink from the tangent, anticlockwise, below 180 [deg].
+        Angle of the kink from the tangent, positive anticlockwise, below 180 [deg].
 
     Notes
     -----

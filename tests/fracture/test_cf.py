@@ -1,4 +1,4 @@
-"""Part of J from closed faces that slide."""
+"""Contribution of closed sliding crack faces to J."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cfmpm.fracture import cf
 @pytest.mark.parametrize("degrees", [0.0, 50.0])
 @pytest.mark.parametrize("closed", [0, 1])
 def test_a_corner_of_twelve_degrees_closed_on_one_side_counts_once(closed, degrees, element):
-    """Its pair has two normals; the force is all along one of them, on which the faces slide."""
+    """The pair has two normals; the force acts along one of them, on which the faces slide."""
     mesh = rectangle(16, 16, 8.0, 8.0, crack=(8, 0, 8))
     bend, nodes = np.radians(12.0), mesh.nodes.copy()
     ahead = nodes[:, 1] == 4.0

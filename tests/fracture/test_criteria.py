@@ -57,7 +57,7 @@ def test_kinked_factors_for_small_and_large_angles(k_1, k_2):
 
 
 def test_largest_energy_in_pure_shear():
-    """75.8 deg and 1.52 times the straight release rate (Amestoy and Leblond 1992, section 5)."""
+    """75.8 deg and 1.52 G of straight growth (Amestoy and Leblond 1992, section 5)."""
     angle = max_energy_angle(0.0, 1.0)
     assert angle == pytest.approx(-75.8, abs=0.2)
     assert np.hypot(*kinked_factors(0.0, 1.0, angle)) ** 2 == pytest.approx(1.52, abs=0.01)
@@ -71,7 +71,7 @@ def test_rules_agree_for_little_shear(k_2):
 
 
 def test_what_drives_a_kink():
-    """Pure shear: hoop stress 4/3 K_II^2 (Erdogan and Sih); energy more than at any other angle."""
+    """Pure shear: hoop stress 4/3 K_II^2 (Erdogan and Sih); max_energy gives the largest G."""
     assert kink_factor("max_hoop", 0.0, -3.0) == pytest.approx(4 / 3, rel=1e-12)
     assert kink_factor("cf", 1.0, 2.0) == 1.0
     angles = np.linspace(-80, 80, 801)

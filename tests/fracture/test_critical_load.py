@@ -1,4 +1,4 @@
-"""Parts of the loads that leave a tip without values."""
+"""Fixed or proportional loads that do not load a tip."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cfmpm.fracture import critical_load
 
 
 def test_a_tip_that_one_part_does_not_load_has_zero_of_it() -> None:
-    """None it has where the whole has none: without K, or come off."""
+    """It has no values if the state has none: no K, or a tip in a free part."""
     nan = np.nan
     part = {"J": np.array([nan, 1.0, nan]), "K_I": np.array([nan, 2.0, nan]), "place": 1}
     both = {"J": np.array([3.0, 4.0, nan]), "K_I": np.array([nan, 5.0, nan])}

@@ -1,4 +1,4 @@
-"""What is said about a tip: loads at fracture, kinks, rings at a bend, and each tip its own."""
+"""Values of a tip: load at fracture, kink, rings at a bend; each tip has its own."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def solved(**changes: Any) -> xr.Dataset:
 def with_factors(
     monkeypatch: pytest.MonkeyPatch, k_1: float, k_2: float, **more: Any
 ) -> xr.Dataset:
-    """What is made of given stress intensity factors, at a tip of G = 2 N/mm."""
+    """Values that follow from given stress intensity factors at a tip with G = 2 N/mm."""
     found = IntensityFactors(K_I=k_1, K_II=k_2, T_stress=0.0, G=2.0)
     monkeypatch.setattr(evaluation, "intensity_factors", lambda *arguments: found)
     return solved(**more).isel(step=0, tip=0)
@@ -55,8 +55,8 @@ def with_factors(
 def test_a_closed_tip_has_no_load_at_fracture(
     monkeypatch: pytest.MonkeyPatch, k_1: float, k_2: float
 ) -> None:
-    """Pressed shut more than sheared it would have to turn back: no load makes it run, and no
-    infinite one either.
+    """With more compression than shear no load makes the tip grow, and no
+    infinite value is stated.
     """
     tip = with_factors(monkeypatch, k_1, k_2)
     assert math.isnan(tip.critical_load_factor)
@@ -71,7 +71,7 @@ def test_a_closed_tip_has_no_load_at_fracture(
 def test_a_tip_that_opens_or_is_sheared_more_than_pressed_has_one(
     monkeypatch: pytest.MonkeyPatch, k_1: float, k_2: float
 ) -> None:
-    """sqrt(g_c / G of the kink); its turn is away from positive shear."""
+    """sqrt(g_c / G_kink); the kink angle is negative for positive K_II."""
     tip = with_factors(monkeypatch, k_1, k_2)
     driving = 2.0 * direction_by("max_hoop").kink_factor({"K_I": k_1, "K_II": k_2})
     assert float(tip.G_kink) == pytest.approx(driving, rel=1e-14)
@@ -120,7 +120,7 @@ def test_values_are_those_of_the_largest_radius() -> None:
 
 
 def test_j_of_a_ring_ends_at_a_sharp_bend_of_the_crack() -> None:
-    """At 0.9 of the way to it; the crack runs, so that its domains may hold the bend."""
+    """It ends at 0.9 of the distance; domains of a growing tip may contain the bend."""
     geometry = plate()["geometry"]
     points = [[0, 28], [12, 28], [12 + 3 * math.cos(0.7), 28 + 3 * math.sin(0.7)]]
     geometry = geometry | {"cracks": [{"points": points}]}
@@ -137,7 +137,7 @@ def test_j_of_a_ring_ends_at_a_sharp_bend_of_the_crack() -> None:
 def test_each_tip_has_the_opening_and_the_material_of_its_own_crack(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Two cracks in halves of another stiffness and toughness."""
+    """Two cracks in halves with different stiffness and toughness."""
     smallest = {"right": -2.0, "left": -1.0}
     monkeypatch.setattr(evaluation, "smallest_openings", lambda *arguments: smallest)
     geometry = plate()["geometry"] | {
@@ -164,7 +164,7 @@ def test_each_tip_has_the_opening_and_the_material_of_its_own_crack(
 
 
 def test_contact_is_summed_over_the_whole_grid() -> None:
-    """A sheared crack that is pressed shut: forces of its faces count in K_II at both tips."""
+    """A closed sheared crack: contact forces enter K_II at both tips."""
     geometry = plate()["geometry"] | {"cracks": [{"points": [[14, 22], [26, 38]]}]}
     loads = [
         {"edge": "bottom", "traction": [0, 10]},
@@ -184,7 +184,7 @@ def test_g_is_j_at_finite_deformation() -> None:
 
 
 def test_openings_have_the_sign_of_the_gap() -> None:
-    """Zero where a crack gapes, negative by as much as its faces overlap."""
+    """Zero where the crack is open, negative by the overlap of its faces."""
 
     result = cfmpm.run(scene_from_dict(plate()))
     grid, motion = result.grid, result.displacement
@@ -199,7 +199,7 @@ def test_openings_have_the_sign_of_the_gap() -> None:
 def test_j_below_zero_by_round_off_is_no_energy_release_rate(
     monkeypatch: pytest.MonkeyPatch, j: float, g: float
 ) -> None:
-    """Where G is J, at finite deformation."""
+    """At finite deformation, where G is J."""
     monkeypatch.setattr(cf, "j_integral", lambda *_: j)
     values = solved(kinematics="finite")
     np.testing.assert_array_equal(values["G"], np.full_like(values["G"], g))

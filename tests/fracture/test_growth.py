@@ -101,7 +101,7 @@ def test_directions_turn_from_the_tangent_of_their_own_tip(rule):
 
 
 def test_second_order_segments_follow_a_parabola_to_second_order():
-    """y' = x / r from tangents at both ends of each segment, against y = x^2 / (2 r)."""
+    """Path y' = x / r from tangents at both ends of each segment, against y = x^2 / (2 r)."""
     errors = {1: [], 2: []}
     for order in errors:
         for n in (20, 40):

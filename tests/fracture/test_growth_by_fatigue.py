@@ -1,4 +1,4 @@
-"""Decisions under fatigue: who runs, what counts as broken, and cycles beside segments."""
+"""Decisions under fatigue: which tips advance, when fracture occurs, cycles per segment."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class TestDecisions:
         assert found.progress.leader == END
 
     def test_a_tip_at_its_toughness_ends_it(self) -> None:
-        """No tip runs by fatigue any more: what comes now is fracture."""
+        """No tip advances by fatigue once one has reached g_c."""
         for g, runs in ((0.999, True), (1.0, False), (7.0, False)):
             found = decide(values((1.0, 3.0), g=(g, 0.1)))
             assert bool(found.running) == runs
@@ -62,7 +62,7 @@ class TestDecisions:
             assert found.progress.leader == (END if runs else "")
 
     def test_on_a_border_the_range_with_which_it_came_goes_on(self) -> None:
-        """There is no K where two materials meet."""
+        """There is no K at an interface of two materials: the last range is kept."""
         last = progress(ranges={START: 1.0, END: 2.0})
         found = decide(values((1.0, np.nan), (0.0, np.nan)), last, unresolved={END})
         assert found.progress is not None
@@ -93,7 +93,7 @@ class TestDecisions:
 
 
 class TestFracture:
-    """Between two steps the length at which a tip reaches g_c is found on a straight line."""
+    """The length at which a tip reaches g_c is interpolated linearly between two steps."""
 
     def end_of(self, now: Progress, last: Progress | None, **grown: float) -> RunEnded:
         decision = Decision(1.0, {}, {}, now)
@@ -105,7 +105,7 @@ class TestFracture:
         return ended.value
 
     def test_a_quarter_of_the_way_back(self) -> None:
-        """From 0.7 to 1.1 of its toughness in 40 cycles and 0.125 mm: a quarter is too much."""
+        """G / g_c rises from 0.7 to 1.1 in 40 cycles and 0.125 mm; a quarter is beyond fracture."""
         now = progress(cycles=140.0, driving={START: 1.1, END: 0.8})
         last = progress(driving={START: 0.7, END: 0.1})
         end = self.end_of(now, last, **{START: 0.125, END: 0.5})
@@ -116,7 +116,7 @@ class TestFracture:
         assert end.ending.text.startswith(f"fractured: {START} reaches g_c at a crack length of")
 
     def test_the_tip_that_is_furthest_beyond_it_breaks(self) -> None:
-        """One without a toughness of its own does not count."""
+        """A tip without g_c does not count."""
         last = progress(driving={START: 0.5, END: 0.5})
         for start in (1.2, np.nan):
             now = progress(cycles=200.0, driving={START: start, END: 1.5})
@@ -135,14 +135,14 @@ def tip(name: str) -> CrackTip:
 
 
 def test_the_segments_that_are_due_are_those_of_the_grid_at_each_tip() -> None:
-    """With less than a segment pending the tip that is ahead of the law waits."""
+    """A tip ahead of Paris' law (negative pending advance) does not release a segment."""
     last = progress(pending={START: -3.0 * tip(START).h})
     found = decide(values((1.0, 1.0)), last, grown={})
     assert set(found.running) == {END}
 
 
 class TestCount:
-    """Cycles of the segments just released, of which the leader's tells the number."""
+    """The number of cycles of a step is that of the leading tip's segment."""
 
     def at(self, **changes: Any) -> Progress:
         return replace(Progress(10.0, {}, SLOW, {}, "a", {}), **changes)
@@ -175,12 +175,12 @@ class TestCount:
 class TestDue:
     @pytest.mark.parametrize(("pending", "both"), [(-0.01, False), (0.0, True), (0.01, True)])
     def test_half_a_segment_is_near_enough(self, pending: float, both: bool) -> None:
-        """When the leader has its segment of 2 mm the other one has 1 mm and what it owes."""
+        """When the leading tip has its segment of 2 mm, the other has 1 mm and its remainder."""
         leader, names = fatigue.select_tips({"b": pending}, FAST, {"a": 2.0, "b": 2.0})
         assert leader == "a"
         assert names == (["a", "b"] if both else ["a"])
 
     def test_what_is_overdue_is_due_at_once(self) -> None:
-        """And not sooner: the others have not got further because of it."""
+        """The other tips do not advance further by this."""
         leader, names = fatigue.select_tips({"a": 4.0, "b": 1.1}, FAST, {"a": 2.0, "b": 2.0})
         assert (leader, names) == ("a", ["a", "b"])

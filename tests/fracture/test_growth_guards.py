@@ -1,4 +1,4 @@
-"""Limits of the decision which tips run: borders of materials, round-off, ties, closed faces."""
+"""Limits of the decision which tips grow: interfaces, round-off, ties, closed faces."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def decide(g: Any, config: dict[str, Any] | None = None, **more: Any) -> Decisio
 
 
 def halves(below: int, above: int) -> Grid:
-    """The grid with another material on each side of the crack's line."""
+    """The grid with different materials on both sides of the line of the crack."""
     centre = GRID.nodes[GRID.triangles].mean(axis=1)
     regions = np.where(centre[:, 1] > 0.5, above, below)
     return replace(GRID, regions=regions, region_names=("body", "other"))
@@ -55,7 +55,7 @@ def test_along_a_border_the_weaker_material_counts(
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_off_a_border_the_material_that_it_kinks_into_counts(sign: float) -> None:
-    """A force that points up is met by the toughness above, one that points down by that below."""
+    """A force that points up is compared with g_c above, one that points down with that below."""
     config = Growth(control="crack", direction="cf", criterion="cf_norm")
     aside = values([0.01, 0.25], cf_y=(0.0, 0.3 * sign))
     found = growth.decide(halves(0, 1), aside, [1.0, 4.0], config)
@@ -63,10 +63,10 @@ def test_off_a_border_the_material_that_it_kinks_into_counts(sign: float) -> Non
 
 
 class TestWhatIsLeftOfABodyThatCameApart:
-    """Below 1e-18 of what drove it at the load of the last step a tip feels nothing but round-off.
+    """A driving force below 1e-18 of that of the last step is round-off.
 
-    What was critical there is g_c at the load factor of that step: G at factor one is small beside
-    g_c / factor^2.
+    G is stored at load factor one, where it can be small compared with the critical
+    value g_c / factor^2.
     """
 
     @pytest.mark.parametrize("load", [0.01, 1.0, 50.0])
@@ -87,7 +87,7 @@ class TestWhatIsLeftOfABodyThatCameApart:
         assert set(found.running) == {START}
 
     def test_a_small_load_at_the_start_is_no_round_off(self) -> None:
-        """Before the first step there is nothing to compare with: a scene may be in any units."""
+        """There is no scale before the first step: small values are valid."""
         assert decide([1e-20, 0.0], {"control": "crack"}).load_factor == pytest.approx(1e10)
 
     def test_under_load_control_the_load_is_what_it_is(self) -> None:
@@ -108,7 +108,7 @@ def test_tips_within_the_errors_of_both_run_with_the_first(other: float, runs: b
 
 
 def test_forces_go_with_the_square_of_the_load() -> None:
-    """As solved at half the load of the step: a quarter of the toughness is enough."""
+    """Solved at half the load of the step: the driving force is a quarter."""
     assert set(decide([0.26, 0.24], scale=2.0).running) == {START}
     assert set(decide([1.3, 4.1], scale=0.5).running) == {END}
 
@@ -118,7 +118,7 @@ def test_a_tip_just_at_its_toughness_runs() -> None:
 
 
 class TestClosedTips:
-    """A tip that is pressed shut more than sheared has no direction and no driving force."""
+    """A closed tip with more compression than shear has no direction and no driving force."""
 
     @pytest.mark.parametrize("shear", [0.0, 1.0, -1.0])
     def test_up_to_the_limit_nothing_drives_it(self, shear: float) -> None:
@@ -137,13 +137,13 @@ class TestClosedTips:
 
     @pytest.mark.parametrize("criterion", ["cf_norm", "energy_release_rate"])
     def test_nothing_drives_it_by_the_configurational_force_either(self, criterion: str) -> None:
-        """Which has a direction at any tip."""
+        """The configurational force has a direction at any tip."""
         config = Growth(criterion=criterion, direction="cf")
         found = values([2.0, 9.0], k_1=(1.0, -1.0), k_2=(0.0, 0.5))
         assert set(growth.decide(GRID, found, [1.0], config).running) == {START}
 
     def test_nor_one_whose_criterion_has_no_direction(self) -> None:
-        """A configurational force of zero points nowhere."""
+        """A configurational force of zero has no direction."""
         config = Growth(criterion="energy_release_rate", direction="cf")
         found = values([2.0, 9.0], cf_x=(-1.0, 0.0))
         with np.errstate(invalid="ignore"):
@@ -151,7 +151,7 @@ class TestClosedTips:
 
 
 def test_what_drives_a_kink_counts_and_g_where_it_is_not_known() -> None:
-    """On the border of two materials there is no K, and so no G of a kink."""
+    """At the interface of two materials there is no K, and therefore no G_kink."""
     found = values([0.9, 1.2], G_kink=(1.1, np.nan))
     assert set(growth.decide(GRID, found, [1.0], Growth()).running) == {START, END}
     found = values([1.2, 0.8], G_kink=(0.9, np.nan))
@@ -171,7 +171,7 @@ def bearing(vector: Floats) -> float:
 
 
 class TestSecondOrder:
-    """Segments are turned on by half of what the path turned, by 5 degrees at most."""
+    """Segments are turned further by half of the last turn of the path, at most 5 degrees."""
 
     @pytest.mark.parametrize(
         ("turn", "on"), [(8.0, 4.0), (-8.0, -4.0), (30.0, 5.0), (-30.0, -5.0), (-90.0, -5.0)]
@@ -196,7 +196,7 @@ class TestSecondOrder:
         np.testing.assert_array_equal(self.run(2).tangents[START], to(180.0))
 
     def test_a_tip_whose_domain_tells_no_direction_goes_straight_on(self) -> None:
-        """Neither its force nor how it bent before turns it."""
+        """Neither the force nor the last turn of the path changes its direction."""
         found = self.run(2, unresolved={END})
         np.testing.assert_allclose(found.running[END], to(0.0), atol=1e-15)
         last = Decision(1.0, {}, {END: to(-8.0)})

@@ -1,4 +1,4 @@
-"""Interaction integrals of loaded bodies: the domain must not matter, nor the frame."""
+"""Interaction integrals under body force do not depend on the domain or the axes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FORCES = {"along": [0.02, 0.0], "across": [0.0, 0.02], "both": [0.01, 0.03]}
 
 
 def hung(crack, force):
-    """A plate on its bottom edge under a body force, at its tip."""
+    """A plate on its bottom edge under a body force; ring quantities at its tip."""
     outline = [{"at": [0, 0], "edge": "bottom"}, [100, 0], [100, 120], [0, 120]]
     scene = {
         "name": "hung",
@@ -48,7 +48,7 @@ def hung(crack, force):
 @pytest.mark.parametrize("force", FORCES)
 @pytest.mark.parametrize("crack", CRACKS)
 def test_factors_under_body_force_are_those_of_any_domain(crack, force):
-    """Of mixed mode, with cracks that look anywhere."""
+    """Mixed mode, cracks in several directions."""
     x, y = FORCES[force]
     history = hung(CRACKS[crack], [-x if crack == "from the right" else x, y])
     assert float(history.contact_pairs) == 0
@@ -118,7 +118,7 @@ def test_body_force_enters_by_its_work_on_the_auxiliary_fields(element, density)
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_a_rotation_of_the_body_has_no_factors(element):
-    """In slender bodies it is far larger than the strain: not even by quadrature may it count."""
+    """In slender bodies it is much larger than the strain and must not enter by quadrature."""
     grid = build_grid(rectangle(10, 10, 10.0, 10.0, shake=0.3, crack=(5, 0, 5)), element)
     (tip,) = grid.tips
     points = seed(grid)

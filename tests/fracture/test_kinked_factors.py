@@ -1,4 +1,4 @@
-"""Factors of an infinitesimal kink: the published series to its last digit, and the kink itself."""
+"""Factors of an infinitesimal kink: against the published series and an independent solution."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ ANGLES = [-80.0, -35.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0]
 
 
 def of_series(angle: float) -> dict[str, float]:
-    """The four factors as `kinked_factors` has them."""
+    """F_11, F_12, F_21, F_22 from `kinked_factors`."""
     (f_11, f_21), (f_12, f_22) = kinked_factors(1.0, 0.0, angle), kinked_factors(0.0, 1.0, angle)
     return dict(zip(NAMES, (f_11, f_12, f_21, f_22), strict=True))
 
@@ -85,9 +85,9 @@ def test_every_printed_digit_of_the_series_counts(name: str, angle: float) -> No
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_the_series_is_that_of_the_kink(angle: float) -> None:
-    """To what rounding of the coefficients (from 5e-6 m^8 on) and powers that are left out allow.
+    """Within the rounding of the coefficients (from 5e-6 m^8 on) and the omitted powers.
 
-    Found: 5e-11 below 40 deg, 1.6e-9 at 60 and 4.8e-7 at 80 deg.
+    Measured: 5e-11 below 40 deg, 1.6e-9 at 60 and 4.8e-7 at 80 deg.
     """
     m = abs(angle) / 180.0
     tolerance = 1e-14 + 6e-6 * m**8 + 6e-7 * (abs(angle) / 80.0) ** 20

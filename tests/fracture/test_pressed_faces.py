@@ -1,4 +1,4 @@
-"""Pressure of crack faces on each other from the forces on their nodes."""
+"""Contact pressure of crack faces from their nodal forces."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cfmpm.fracture.pressed_faces import PressedFaces
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("degrees", [0.0, 20.0, 90.0, 180.0])
 def test_pressures_at_a_corner_turn_with_the_crack(degrees, element):
-    """The forces of unequal pressures on both sides, turned as the whole body."""
+    """Forces of unequal pressures on both sides of the corner, in rotated bodies."""
     mesh = rectangle(8, 8, 8.0, 8.0, crack=(4, 0, 4))
     nodes = mesh.nodes.copy()
     ahead = nodes[:, 1] == 4.0

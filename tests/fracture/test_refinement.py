@@ -75,7 +75,7 @@ def test_triangles_are_halved_until_they_are_small_enough(number, size):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_uniform_stress_stays_uniform(element):
-    """Patch test of growth into triangles that are halved before each release."""
+    """Patch test of growth with bisection of triangles before each release."""
     scene = scene_from_dict(
         {
             "name": "strip",

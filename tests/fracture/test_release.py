@@ -43,7 +43,7 @@ def tip_of(mesh, crack="crack_1", end=-1):
 
 
 def assert_sound(before: Triangulation, after):
-    """Nothing overlaps or is lost, what may not move stays, and `changed` names what changed."""
+    """No overlap, no lost area, fixed nodes stay, `changed` lists the changed triangles."""
     mesh = after.triangulation
     assert areas(mesh).min() > 0.0
     assert areas(mesh).sum() == pytest.approx(areas(before).sum(), rel=1e-14)
@@ -86,7 +86,7 @@ def test_a_segment_that_points_there_already_stays():
 
 @pytest.mark.parametrize("kink", [101.0, 150.0, 180.0, -140.0])
 def test_a_crack_does_not_turn_back(kink):
-    """What points into the crack is turned to the largest kink there may be, and says so."""
+    """A direction into the crack is turned to the largest kink angle, and reported."""
     mesh = cracked()
     after = advance(mesh, "crack_1", -1, to(kink))
     assert after.deviation == pytest.approx(abs(kink) - 100.0)
@@ -94,7 +94,7 @@ def test_a_crack_does_not_turn_back(kink):
 
 
 def test_a_wide_triangle_ahead():
-    """The middle of the side ahead may lie behind the tip."""
+    """The midpoint of the side ahead may lie behind the tip."""
     nodes = np.array([[0.0, 0], [1, 0], [-9, 1], [-9, -1], [-9, 0], [-12, 4], [3, 0], [-12, -4]])
     around = [(0, 1, 2), (0, 2, 4), (0, 4, 3), (0, 3, 1)]
     outside = [(1, 6, 5), (1, 5, 2), (2, 5, 4), (4, 5, 7), (4, 7, 3), (3, 7, 1), (1, 7, 6)]
@@ -115,7 +115,7 @@ def test_a_wide_triangle_ahead():
 
 @pytest.mark.parametrize("place", ["edge", "corner", "crack", "tip", "point"])
 def test_arrival(place):
-    """Where a crack ends is a fact of topology; its last node is doubled there, or shared."""
+    """Arrival follows from topology; the last node is doubled there, or shared."""
     mesh = cracked(shake=0.0, crack=(4, 2, 7))
     number = np.arange(81).reshape(9, 9)
     angle = {"edge": 10.0, "corner": 44.9}.get(place, 0.0)
@@ -172,7 +172,7 @@ def test_a_crack_that_comes_back_to_itself():
 
 
 def test_a_side_between_fixed_nodes_is_split():
-    """All nodes around the tip lie on the border of a material: the side ahead is halved there."""
+    """All nodes around the tip are on an interface of materials: the side ahead is split."""
     mesh = cracked(shake=0.0, n=8, crack=(4, 2, 4))
     centre = mesh.nodes[mesh.triangles].mean(axis=1)
     mesh = replace(
@@ -194,8 +194,8 @@ def test_a_side_between_fixed_nodes_is_split():
 
 @pytest.mark.parametrize(("angle", "met"), [(0.9, True), (4.5, True), (5.5, False), (18.0, False)])
 def test_a_crack_ends_at_a_node_of_the_edge_only_where_it_is_near(angle, met):
-    """At a node that is angle off: worth 0.25 x 3 / angle; where the edge is split: sin(2 angle)
-    sqrt(3) / 2, the quality of the flat triangle. They are equal at 5 degrees.
+    """A node at an angle has the rating 0.25 x 3 / angle; a split of the edge sin(2 angle)
+    sqrt(3) / 2, the quality of the flat triangle. Both are equal at 5 degrees.
     """
     mesh = cracked(shake=0.0, crack=(4, 2, 7))
     halve_cell(mesh, 67, 76, 77, 68)
@@ -206,9 +206,9 @@ def test_a_crack_ends_at_a_node_of_the_edge_only_where_it_is_near(angle, met):
 
 
 def between_two_tips(distance):
-    """A crack whose way leads at a distance through the side between the tips of two others.
+    """A crack whose direction crosses the side between the tips of two others.
 
-    One of these lies 12 degrees off its way; no node may move.
+    One of these is 12 degrees off its direction; no node may move.
     """
     up, down = np.tan(np.radians(12.0)), -np.tan(np.radians(50.0))
     nodes = [[0.0, 0], [-1, 0], [0, 1], [0, -1], [2, 0.3], [1, up], [1, down]]
@@ -231,10 +231,10 @@ def between_two_tips(distance):
 
 @pytest.mark.parametrize(("part", "met"), [(0.9, True), (1.1, False)])
 def test_a_crack_does_not_creep_between_two_others(part, met):
-    """A segment below 0.4 of the mean edge counts as worse in proportion, 12 degrees by 3 / 12.
+    """Segments below 0.4 of the mean edge are rated lower in proportion, 12 degrees by 3 / 12.
 
-    They are worth the same at a length of 0.1 mean edges; below that the crack meets the other
-    tip. Of the lengths that are tried, 1.3 of the way to the side is the longest.
+    Both ratings are equal at a length of 0.1 mean edges; below that the crack meets the other
+    tip. The longest segment tried is 1.3 times the distance to the side.
     """
     distance = 0.1 * part / 1.3
     for _ in range(20):  # the mean edge at the tip depends on it
@@ -250,7 +250,7 @@ def test_a_crack_does_not_creep_between_two_others(part, met):
 
 
 def test_a_crack_does_not_run_back_along_itself():
-    """Where the tip of another crack at its side leaves no other way but slivers."""
+    """The tip of another crack beside it leaves only triangles of very low quality."""
     near = 0.02 * to(15.0)
     mesh = Triangulation(
         nodes=np.array([[0.0, 0], [-1, 0], [0, -1], [1, 0], [0, 2], near]),
@@ -281,7 +281,7 @@ def test_a_crack_that_is_met_between_its_nodes_has_one_more():
 
 
 def test_the_border_of_a_material_stays_where_a_crack_splits_it():
-    """Though other lengths of the segment would leave better triangles."""
+    """Even if other segment lengths would give better triangles."""
     mesh = cracked(shake=0.0, n=8, crack=(4, 2, 4))
     centre = mesh.nodes[mesh.triangles].mean(axis=1)
     regions = (centre[:, 0] > 5.0).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Stable, unstable, snap-back: on paths whose kind is known."""
+"""Stable, unstable and snap-back growth on paths whose kind is known."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ def plate(load: dict[str, Any], **changes: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("load", [{"traction": [0, 10]}, {"displacement": {"x": 0, "y": 0.05}}])
 def test_a_long_strip_snaps_back_under_force_and_grip_alike(load: dict[str, Any]) -> None:
-    """Much energy is stored far from a short crack: K grows faster than the compliance."""
+    """Most energy is stored far from a short crack: K increases faster than the compliance."""
     history = cfmpm.run(scene_from_dict(plate(load))).history
     assert words(history["stability"].values) == ["snap_back"] * 6 + ["undefined"]
     assert history["stability"].attrs["flag_meanings"].split() == list(STABILITY)
 
 
 def test_a_wedge_opens_a_crack_unstably_by_force_and_not_by_displacement() -> None:
-    """Faces of a long crack pulled apart at their mouths, a double cantilever."""
+    """Double cantilever beam loaded at its crack mouth."""
     beam = {
         "geometry": {
             "outline": [[0, 0], [60, 0], [60, 10], [0, 10]],

@@ -55,7 +55,7 @@ def test_a_tie_begins_and_ends():
 
 
 def test_one_bad_grid_does_not_end_a_tie_but_a_difference_that_stays_does():
-    """Differences alternate with the grid; 5 % once in six steps is no difference of the cracks."""
+    """The error of the grid alternates; 5 % once in six steps does not end the tie."""
     ties: tuple[Tie, ...] = ()
     released: dict[str, float] = {}
     for other in (0.99, 1.01, 0.99, 1.01, 0.99, 0.95):
@@ -71,7 +71,7 @@ def test_one_bad_grid_does_not_end_a_tie_but_a_difference_that_stays_does():
 
 
 def test_unequal_segments_are_made_up_before_ratios_are_compared():
-    """The tip that is ahead has the larger driving force because it is ahead."""
+    """A longer crack has a larger driving force."""
     before = growing_tips(ratios(1.0, 0.99), ERROR, SIZES)[2]
     first, names, ties = growing_tips(ratios(1.0, 0.8), ERROR, SIZES, before, {"a": 1.0, "b": 0.6})
     assert first == names == ["a", "b"]

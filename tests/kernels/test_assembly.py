@@ -1,4 +1,4 @@
-"""Sums of linear elasticity, for any elastic matrix."""
+"""Stiffness and forces of linear elasticity for any elastic matrix."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ def test_two_sides_of_a_line_make_the_whole(seed):
 
 @pytest.mark.parametrize("word", ["T3", "T6"])
 def test_dust_goes_to_the_largest_piece(word):
-    """A hundred strips, each below a part of 1e-14 and all together far above round-off."""
+    """A hundred strips, each below 1e-14 of the area, whose sum is far above round-off."""
     width, n = 4e-15, 100
     strip = np.array([[0.0, 0.0], [width, 0], [width, 0.5], [0, 0.5]])
     dust = [strip + np.array([i * width, 0.0]) for i in range(n)]

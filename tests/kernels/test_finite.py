@@ -1,4 +1,4 @@
-"""Sums at finite strain: derivatives of the energy, rotation, reset, small strain."""
+"""Kernels of finite deformation: derivatives of the energy, rotation, reset, small strain."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def moved_to(model, nodes):
 
 
 def displacement(grid, size, seed=0):
-    """A field of about 30 % stretch and as much shear, and noise; times size."""
+    """A field with about 30 % stretch and shear, and noise, multiplied by `size`."""
     noise = np.random.default_rng(seed).uniform(-0.08, 0.08, grid.nodes.shape)
     return size * (grid.nodes @ np.array([[0.3, 0.2], [-0.1, -0.1]]) + noise)
 
@@ -346,7 +346,7 @@ def test_an_inverted_point_is_marked_and_no_other_touched(law):
 
 
 def test_force_of_the_plastic_work():
-    """-sum W_p G V, by the same sum without stress."""
+    """-sum W_p dS/dX V, by the same kernel without stress."""
     model = body("j2")
     H, stress, energy, internal, _ = model.update(displacement(model.grid, 1.0))
     work = internal[:, 5].copy()
@@ -358,7 +358,7 @@ def test_force_of_the_plastic_work():
 
 
 def test_elastic_points_beside_plastic_ones():
-    """Each as if alone; elastic ones keep nothing."""
+    """Each point responds as if alone; elastic points have no internal variables."""
     model = body("j2", "T6")
     u = displacement(model.grid, 1.0)
     plastic, elastic = model.update(u), body("hencky", "T6").update(u)

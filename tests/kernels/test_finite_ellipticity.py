@@ -31,7 +31,7 @@ def ellipticity(law, F, internal=None, patch=ALONE, parameters=(LAM, MU, 300.0, 
 
 
 def by_search(A, mu=MU):
-    """Smallest eigenvalue of A_iJkL N_J N_L over very many N."""
+    """Smallest eigenvalue of A_iJkL N_J N_L over many directions N."""
     angle = np.linspace(0, np.pi, 20001)
     N = np.array([np.cos(angle), np.sin(angle)])
     return np.linalg.eigvalsh(np.einsum("iJkL,Jn,Ln->nik", A, N, N)).min() / mu
@@ -74,7 +74,7 @@ def test_no_direction_is_missed(law, seed, size):
 @example(values=[-1.0, 0.0, 0.0, 1e-300, 0.5])
 @example(values=[-1.0, 0.0, 0.0, 1e-16, 1.0])
 def test_quadratic_on_the_circle(values):
-    """Hard cases too: w = 0, w across the axis, M a multiple of the unit matrix."""
+    """Also degenerate cases: w = 0, w normal to the axis, M a multiple of the unit matrix."""
     mxx, myy, mxy, wx, wy = values
 
     def quadratic(x, y):
@@ -108,7 +108,7 @@ def free_side(law, stretch):
 
 
 def test_uniaxial_limit_of_hencky():
-    """nu = 0.3: between the two stretches an oblique direction is lost, by search as well."""
+    """nu = 0.3: between the two stretches an oblique direction is lost, also by search."""
     for stretch, lost in ((3.0, False), (3.09, False), (3.11, True), (3.3, True)):
         F = free_side("hencky", stretch)
         assert (by_search(tangent("hencky", F - EYE)) < 0) == lost
@@ -123,7 +123,7 @@ def test_neo_hookean_keeps_it(law):
 
 
 def test_only_ciarlet_keeps_it_near_incompressibility():
-    """(ln J)^2 is concave beyond J = e, where a small mu no longer makes up for it."""
+    """(ln J)^2 is concave beyond J = e, where a small mu cannot compensate."""
     nearly = (100 * MU, MU, 0.0, 0.0)
     assert ellipticity("neo_hookean", 3.0 * EYE, parameters=nearly)[0] < 0
     for stretch in (3.0, 30.0):
@@ -137,7 +137,7 @@ def test_an_inverted_point_has_lost_it():
 
 
 def test_yielding_lowers_it():
-    """Perfectly plastic flow has next to no shear stiffness along its direction."""
+    """Perfectly plastic flow has almost no shear stiffness."""
     F = np.diag([1.02, 1 / 1.02])
     _, _, _, state = respond("j2", F - EYE, internal=np.zeros((1, 6)))
     assert state[4] > 0

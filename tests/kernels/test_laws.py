@@ -1,4 +1,4 @@
-"""Laws at finite strain against differences, other people's formulas and small strain."""
+"""Laws at finite deformation against finite differences, published formulas and small strain."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_stress_and_tangent_are_derivatives(law, mean):
 
 @pytest.mark.parametrize("law", ELASTIC)
 def test_tangent_of_pairs_of_equal_stretches_is_isotropic(law):
-    """A divided difference by subtraction loses 2 % at a gap of 1e-15."""
+    """A divided difference computed by subtraction has an error of 2 % at a gap of 1e-15."""
     for gap in (0.0, 1e-16, 1e-15, 1e-14, 1e-10):
         _, _, c, _ = respond(law, rotation(0.3) @ np.diag([0.7, 0.7 + gap]) @ rotation(1.0))
         np.testing.assert_allclose(
@@ -160,7 +160,7 @@ def test_neo_hookean_energy(law):
     axis=st.floats(-np.pi, np.pi),
 )
 def test_frame_indifferent_and_isotropic(law, angle, first, second, axis):
-    """A rotation after turns the stress, one before changes nothing."""
+    """A rotation after the deformation rotates the stress, one before it has no effect."""
     state = {"internal": np.zeros((1, 6))}
     U = rotation(axis) @ np.diag([first, second]) @ rotation(-axis)
     R = rotation(angle)
@@ -181,7 +181,7 @@ def test_frame_indifferent_and_isotropic(law, angle, first, second, axis):
 @pytest.mark.parametrize("law", [*ELASTIC, "j2"])
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-13, 1e-10, 1e-8, 1e-6])
 def test_small_strain_is_linear_elasticity(law, size):
-    """Nothing is lost however small the strain: what is left over is of the next order."""
+    """At any small strain the difference to Hooke's law is of second order."""
     rng = np.random.default_rng(2)
     for direction in [*rng.uniform(-1, 1, (10, 2, 2)), EYE, np.array([[0.0, 1.0], [-1.0, 0.0]])]:
         H = size * direction
@@ -205,7 +205,7 @@ def test_small_strain_is_linear_elasticity(law, size):
 @settings(max_examples=200)
 @given(y=st.floats(-0.999, 1e6))
 def test_log_defect(y):
-    """In extended precision, where it cancels by its series."""
+    """Against extended precision and, where it cancels, its series."""
     x = np.longdouble(y)
     if abs(y) > 1e-3:
         reference = x - np.log1p(x)
@@ -230,7 +230,7 @@ def test_volumetric_laws_and_their_derivatives():
 
 
 def test_patch_energy_is_continued_linearly():
-    """Over a patch the deviations from the mean add up to nothing."""
+    """Over a patch the deviations from the mean sum to zero."""
     for law in ELASTIC:
         H = [0.1 * EYE, -0.05 * EYE]
         y = np.array([np.linalg.det(EYE + h) - 1 for h in H])

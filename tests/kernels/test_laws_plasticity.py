@@ -51,7 +51,7 @@ def test_inside_the_yield_surface_it_is_hencky_to_the_bit():
 
 
 def test_stress_and_tangent_are_derivatives():
-    """Stored energy and plastic work of a step are a potential of P, whose slope is the tangent."""
+    """Stored energy plus plastic work of a step is a potential of P; its Hessian is the tangent."""
     yielding = 0
     for F, internal in random_states(1, 60):
         options = {"internal": internal, "plastic": (YIELD, HARDENING)}
@@ -88,7 +88,7 @@ def test_plastic_flow_keeps_the_volume():
 
 
 def test_frame_indifferent_with_history():
-    """Cp^-1 lives in the reference frame: a rotation after the step does not change it."""
+    """Cp^-1 is a tensor of the reference configuration: a rotation does not change it."""
     for F, internal in random_states(4, 20):
         R = rotation(np.deg2rad(170))
         tau, energy, _, state = respond_j2(F, internal)

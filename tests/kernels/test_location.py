@@ -1,4 +1,4 @@
-"""The search by buckets, where the walk over neighbours has no start or no way."""
+"""Search in a bucket grid, for points without a hint and where the walk is blocked."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cfmpm.kernels import location
 
 
 def buckets(grid, cells):
-    """Origin, size and shape of a regular grid of cells, and what is in them."""
+    """Origin, size and shape of a bucket grid, and the triangles in its cells."""
     origin = grid.nodes.min(axis=0)
     shape = np.array(cells)
     size = np.ptp(grid.nodes, axis=0) / shape
@@ -34,7 +34,7 @@ def search(grid, position, hints, cells=(5, 4)):
 
 
 def plate(angle=0.0):
-    """A plate with a crack from its left edge, turned; and its triangles above the crack's line."""
+    """A rotated plate with a crack from its left edge, and its triangles above the crack."""
     grid = build_grid(rectangle(12, 8, 12.0, 8.0, shake=0.3, crack=(4, 0, 7)), "T3")
     above = grid.nodes[grid.triangles].mean(axis=1)[:, 1] > 4.0
     c, s = np.cos(angle), np.sin(angle)
@@ -45,7 +45,7 @@ def plate(angle=0.0):
 @pytest.mark.parametrize("angle", [0.0, 0.5, 2.5])
 @pytest.mark.parametrize("side", [0, 1])
 def test_points_on_a_crack_stay_on_the_side_of_their_hint(side, angle, cells):
-    """Whatever the numbers of the triangles, from hints beside the crack and far away."""
+    """For any numbering of triangles, with hints near the crack and far away."""
     grid, above = plate(angle)
     wanted = above == (side == 0)
     faces = grid.crack_faces["crack_1"][:, side]
@@ -64,7 +64,7 @@ def test_points_on_a_crack_stay_on_the_side_of_their_hint(side, angle, cells):
 
 @pytest.mark.parametrize("side", [0, 1])
 def test_points_close_to_a_crack_are_found_where_they_are(side):
-    """A hint on the other side moves no point through the crack."""
+    """A hint on the other side does not move a point through the crack."""
     grid, above = plate()
     x = np.column_stack([np.linspace(0.1, 6.9, 30), np.full(30, 4.0)])
     x[:, 1] += 1e-5 if side == 0 else -1e-5

@@ -1,4 +1,4 @@
-"""Smoothing of bad triangles."""
+"""Smoothing of triangles of low quality."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The measure by which a load step is limited: how far a point is stretched, or pressed."""
+"""The measure that limits load steps: the largest stretch, or inverse stretch, of a point."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def rotation(angle):
 
 
 def deformed(first, second, before=0.4, after=-1.1):
-    """H of principal stretches along turned axes, with a rotation after that."""
+    """H of principal stretches along rotated axes, followed by a rotation."""
     return rotation(after) @ np.diag([first, second]) @ rotation(before) - EYE
 
 

@@ -1,4 +1,4 @@
-"""The conjugate gradients look at every direction: they never answer for an indefinite matrix."""
+"""Conjugate gradients never return a solution of an indefinite matrix."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_a_definite_matrix_is_solved_in_as_many_iterations_as_it_has_eigenvalues
 
 
 def test_negative_curvature_ends_them():
-    """The preconditioner knows nothing of it, and the residual falls to nothing all the same."""
+    """The preconditioner does not see it, and the residual converges to zero nevertheless."""
     with pytest.raises(NotPositiveDefiniteError, match=r"curvature of -1.0e\+00"):
         solve([1.0, 1.0, -3.0], np.copy)
     # Seen only in a later direction.
@@ -32,7 +32,7 @@ def test_negative_curvature_ends_them():
 
 
 def test_a_preconditioner_that_is_not_definite_ends_them():
-    """As that of an indefinite matrix would be, with positive curvature all the way."""
+    """As for an indefinite matrix, but with positive curvature in all directions."""
     with pytest.raises(NotPositiveDefiniteError, match=r"preconditioned residual of -3.0e\+00"):
         solve([1.0, 1.0, 1.0], np.negative)
     with pytest.raises(NotPositiveDefiniteError, match=r"preconditioned residual of 0.0e\+00"):

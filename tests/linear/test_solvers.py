@@ -30,7 +30,7 @@ def solver(request):
 
 
 def stiffness(x, triangles, modulus=MODULUS):
-    """Plane strain, T3, one value of the modulus or one per triangle; no support."""
+    """Plane strain, T3, one modulus or one for each triangle; no support."""
     lame, shear = POISSON / ((1 + POISSON) * (1 - 2 * POISSON)), 1 / (2 * (1 + POISSON))
     D = np.diag([lame + 2 * shear, lame + 2 * shear, shear])
     D[0, 1] = D[1, 0] = lame
@@ -86,7 +86,7 @@ def hinged():
 
 
 def softened(K, shift=0.01):
-    """The same pattern, with some negative eigenvalues behind a positive diagonal."""
+    """The same pattern with some negative eigenvalues and a positive diagonal."""
     K = K.copy()
     rows = np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))
     K.data[K.indices == rows] -= shift * K.diagonal().max()
@@ -182,7 +182,7 @@ def test_indefinite(solver):
 
 
 def test_an_unstable_part_is_told_where_it_is(solver):
-    """Not by the order in which unknowns are eliminated."""
+    """The place does not depend on the order of elimination."""
     (K, modes), first = plate(), 50
     pair = K.diagonal().max() * np.array([[1.0, 2.0], [2.0, 1.0]])
     bad = csr_array(block_diag([K[:first, :first], pair, K[first:, first:]], format="csr"))
@@ -214,7 +214,7 @@ def test_singular(solver, mechanism):
 
 
 def pairs_on_weak_ground(growth, weak=range(20)):
-    """Twenty pairs of nodes tied together; those on weak ground let a probe grow that much.
+    """Twenty pairs of coupled nodes; on pairs with a weak support a probe grows by this factor.
 
     Elimination is exact in binary, in any order: all pivots are positive, and no solver sees
     anything but the size of the answer. To two like signs it is 2 over the ground, to unlike ones
@@ -228,7 +228,7 @@ def pairs_on_weak_ground(growth, weak=range(20)):
 
 
 def test_a_mechanism_with_positive_pivots_is_told_by_the_growth_of_a_probe(solver):
-    """And where it is; even of a body that has been sound."""
+    """The message names its place, also if the body was regular before."""
     K, modes = pairs_on_weak_ground(2.0**47, weak=range(5, 15))
     sound, _ = pairs_on_weak_ground(8.0)
     factor = solver.factor(sound, modes)
@@ -240,7 +240,7 @@ def test_a_mechanism_with_positive_pivots_is_told_by_the_growth_of_a_probe(solve
 
 
 def test_a_mechanism_is_told_whichever_way_the_probe_moves_it(solver):
-    """Each pair alone: of some the probe pushes both nodes forwards, of others back."""
+    """Each pair alone: the probe loads both nodes with equal or with opposite signs."""
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (20, 2)).sum(axis=1)
     assert {-2.0, 0.0, 2.0} == set(signs)
     for i, sign in enumerate(signs):
@@ -253,7 +253,7 @@ def test_a_mechanism_is_told_whichever_way_the_probe_moves_it(solver):
 
 
 def test_a_soft_body_is_no_mechanism(solver):
-    """A thousand times what sound plane problems reach, and a tenth of a part without support."""
+    """The growth is 1000 times that of regular problems and a tenth of that of a free part."""
     K, modes = pairs_on_weak_ground(2.0**41)
     x = solver.factor(K, modes).solve(K @ np.arange(40.0)).x
     np.testing.assert_allclose(x, np.arange(40.0), rtol=1e-3, atol=1e-3)

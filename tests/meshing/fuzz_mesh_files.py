@@ -1,8 +1,8 @@
-"""Damaged mesh files, with fixed seeds: each is run as a scene, and must end well.
+"""Damaged mesh files, with fixed seeds: each is run as a scene and must end as specified.
 
 ``python tests/meshing/fuzz_mesh_files.py 1000`` runs the files of seeds 0 to 999 and prints what
-became of them; it fails where a run left a traceback, crashed, took more than 10 s of CPU time or
-1 GB of memory, or told an error in more than a line for each problem.
+became of them; it fails if a run left a traceback, crashed, took more than 10 s of CPU time or
+1 GB of memory, or reported more than one line for each problem.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def edit_numbers(data: bytes, draw: random.Random, other: bytes) -> bytes:
 
 
 def nudge_numbers(data: bytes, draw: random.Random, other: bytes) -> bytes:
-    """Numbers that stay numbers of their kind: nodes that move, elements of other nodes."""
+    """Change numbers to valid numbers of their type: other coordinates, other nodes."""
     places = list(re.finditer(rb"(?<=\s)\d[\d.e+-]*(?=\s)", data))
     chosen = draw.sample(places, draw.choice([1, 1, 2, 4]))
     for found in sorted(chosen, key=lambda place: -place.start()):
@@ -123,7 +123,7 @@ def move_lines(data: bytes, draw: random.Random, other: bytes) -> bytes:
 
 
 def overwrite(data: bytes, draw: random.Random, other: bytes) -> bytes:
-    """Whole numbers of binary files, and noise anywhere else."""
+    """Overwrite integers of binary files, and random bytes elsewhere."""
     i = draw.randrange(len(data))
     noise = draw.randbytes(draw.choice([4, 8, 64]))
     new = draw.choice([b"\0" * 8, b"\xff" * 4, b"\xff" * 8, noise])
@@ -160,7 +160,7 @@ def _tell(line: str) -> None:
 
 
 def run_here(folder: Path, first: int, last: int) -> None:
-    """Run scenes in this process; tell of each when it begins and when it has ended."""
+    """Run scenes in this process; print the start and the end of each."""
     from typer.testing import CliRunner
 
     from cfmpm.cli.app import app
@@ -197,7 +197,7 @@ def run_here(folder: Path, first: int, last: int) -> None:
 
 
 def run_cases(count: int) -> Iterator[dict]:
-    """Run the cases in a child process, and go on behind one that ends it."""
+    """Run the cases in a child process; start another one after a case that ends it."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for i, (version, binary) in enumerate(FORMATS):
@@ -224,7 +224,7 @@ def run_cases(count: int) -> Iterator[dict]:
 
 
 def violation(case: dict) -> str:
-    """What a case did that no case may do."""
+    """Describe the violation of a case, if any."""
     if case["broken"]:
         return f"seed {case['seed']}: {case['broken']}, code {case['code']}"
     if case["code"] not in (0, 1, 2) or "Traceback" in case["text"]:
@@ -238,7 +238,7 @@ def violation(case: dict) -> str:
 
 
 def main(count: int) -> int:
-    """Run, and print what became of the files."""
+    """Run the cases and print their outcomes."""
     codes, bad, slowest, most = Counter[int](), [], 0.0, 0.0
     for case in run_cases(count):
         codes[case["code"]] += 1

@@ -1,4 +1,4 @@
-"""Mesh files by hand: a square of squares, each cut in two triangles, with lines and cracks."""
+"""Mesh files made by hand: a square of cells of two triangles, with lines and cracks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def node(x: int, y: int) -> int:
 
 
 def along(*places: XY) -> list[Pair]:
-    """Node pairs along straight parts between places, one for each unit."""
+    """Node pairs along straight lines between points, one for each unit of length."""
     pairs = []
     for (x, y), (u, v) in pairwise(places):
         n = max(abs(u - x), abs(v - y))
@@ -57,7 +57,7 @@ class Square:
     surfaces: dict[str, list[int]] = field(default_factory=dict)
 
     def open_above(self, places: list[XY]) -> dict[int, int]:
-        """Give the triangles above a horizontal row of places nodes of their own there."""
+        """Double the nodes of a horizontal row; triangles above it get the new nodes."""
         own = {}
         for x, y in places:
             own[node(x, y)] = len(self.nodes)
@@ -110,7 +110,7 @@ PULL = (
 
 
 def scene_of(path: Path, *, cracks=(), regions=(), loads=PULL, **keys) -> Scene:
-    """A scene of a mesh file, expanded by nothing."""
+    """A scene of a mesh file."""
     return Scene(
         name="test",
         mesh_file={

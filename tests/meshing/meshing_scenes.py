@@ -1,4 +1,4 @@
-"""Scenes and checks that the tests of meshing share."""
+"""Scenes and checks for the tests of meshing."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def worst_quality(t):
 
 
 def assert_sound(t, scene=None):
-    """What every triangulation must fulfil."""
+    """Check the properties of a valid triangulation."""
     assert (areas(t) > 0).all()
     np.testing.assert_array_equal(np.unique(t.triangles), np.arange(len(t.nodes)))
     pairs, counts = sides(t)

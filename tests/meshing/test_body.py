@@ -151,7 +151,7 @@ def test_a_grid_is_the_same_in_a_child_process(monkeypatch):
 
 
 def test_lines_that_nearly_touch_do_not_make_endless_grids(monkeypatch):
-    """The rules refuse this scene; what they miss is found before it is meshed finely."""
+    """The rules refuse this scene; without them meshing stops before the grid becomes too fine."""
     monkeypatch.setattr("cfmpm.meshing.body.MOST_ADDED", 5e3)
     beside = region("beside", polygon=[(0, 4.99999), (10, 4.99999), (10, 10), (0, 10)])
     with pytest.raises(MeshError, match=r"e-06 thin near \(.*, 5\).* lines that nearly touch"):

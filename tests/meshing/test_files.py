@@ -22,8 +22,8 @@ def write(
 ):
     """A square of side 10, a crack of 4 from the left at half height, the upper half a surface.
 
-    The crack goes from right to left in the file; the border of the halves beyond it is `seam`,
-    of which `inner` touches neither the boundary nor the crack.
+    The crack runs from right to left in the file; the border of the halves ahead of it is `seam`,
+    and `inner` the part of it without contact with boundary and crack.
     """
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
@@ -257,7 +257,7 @@ def test_a_crack_must_be_one_line(tmp_path, lines):
 
 
 def test_a_run_goes_on_without_its_file_and_not_with_another_one(tmp_path, monkeypatch):
-    """The grid is in the checkpoint; the scene knows its file by what was in it."""
+    """The grid is in the checkpoint; the scene identifies its file by the contents."""
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "a.msh")
     data = {

@@ -1,4 +1,4 @@
-"""Cracks that are open in the mesh file: they are the cracks of the closed file."""
+"""Cracks that are open in the mesh file give the same body as closed ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HALF = N // 2
 
 
 def edge_crack(square: Square, *, mouth: bool = True) -> dict[int, int]:
-    """Open the square from the left at half height up to (3, 4); a plugin may leave the mouth."""
+    """Open the square from the left at half height up to (3, 4); the mouth may stay closed."""
     first = 0 if mouth else 1
     return square.open_above([(x, HALF) for x in range(first, 3)])
 
@@ -47,7 +47,7 @@ def closed_mouth(square: Square) -> list[str]:
 
 
 def line_beyond_the_lips(square: Square) -> list[str]:
-    """Surfaces that share the nodes of their border beyond the crack; all of it is one curve."""
+    """Surfaces with common nodes ahead of the crack; crack and border are one curve."""
     edge_crack(square)
     square.lines["crack"] = along((0, HALF), (6, HALF))
     return ["crack"]
@@ -137,7 +137,7 @@ def test_surfaces_apart_along_all_their_border_are_refused(tmp_path):
 
 
 def test_lips_with_nodes_of_their_own_are_refused(tmp_path):
-    """The side (1, 4) to (2, 4) of the upper lip has a node at its middle."""
+    """The side (1, 4) to (2, 4) of the upper face has an additional node at its midpoint."""
     square = Square()
     own = edge_crack(square)
     square.lines["crack"] = along((0, HALF), (3, HALF))

@@ -1,4 +1,4 @@
-"""Mesh files read strictly: formats, signs of groups, names, damage."""
+"""Reader of mesh files: formats, signs of groups, names, damaged files."""
 
 from __future__ import annotations
 
@@ -115,13 +115,13 @@ $EndElements
 
 
 def test_groups_of_format_2_belong_to_elements(tmp_path):
-    """Other programs write one entity for all; the minus sign belongs to the group."""
+    """Other programs write one entity only; the minus sign belongs to the group."""
     contents = read_msh(TRIANGLE.encode())
     assert extents(contents) == {"top": 2, "surface_5": 0.5, "surface_6": 0.5}
 
 
 def test_other_byte_order():
-    """A binary file from a machine of the other kind."""
+    """A binary file with the other byte order."""
     swapped = b"$MeshFormat\n2.2 1 8\n\0\0\0\1\n$EndMeshFormat\n$Nodes\n3\n"
     for tag, place in enumerate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], 1):
         swapped += np.array(tag, ">i4").tobytes() + np.array(place, ">f8").tobytes()

@@ -68,7 +68,7 @@ def test_a_failure_of_gmsh_says_what_to_change(monkeypatch):
 
 
 class TestChild:
-    """What would keep signals waiting runs in a child process."""
+    """Meshing that would delay signals runs in a child process."""
 
     def test_results_and_errors_come_back(self):
         assert in_child(lambda: {"pid": 3}) == {"pid": 3}
@@ -120,6 +120,7 @@ mesh: {element: T3, size: 0.006, grading: uniform}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_command_that_meshes_ends_when_it_is_asked_to(number, tmp_path):
     (tmp_path / "fine.yaml").write_text(FINE)

@@ -1,4 +1,4 @@
-"""How steps, sizes and names are said in warnings and file names."""
+"""Steps, sizes and names as text in warnings and file names."""
 
 from __future__ import annotations
 

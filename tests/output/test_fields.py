@@ -1,4 +1,4 @@
-"""The UGRID file: its rules, its readers, its values."""
+"""UGRID files: conformance, readers, values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cfmpm.state import Result
 
 
 def plate(**changes: object) -> dict[str, object]:
-    """A stretched plate with an edge crack and an inlay of another material."""
+    """A plate in tension with an edge crack and an inclusion."""
     return {
         "name": "plate",
         "geometry": {
@@ -123,7 +123,7 @@ def test_vtk_reads_the_same_values(file: Path, fields: xr.Dataset) -> None:
 
 
 def test_a_file_takes_additions(file: Path) -> None:
-    """By netCDF and by xarray, as when a user keeps what he computes beside the fields."""
+    """By netCDF and by xarray, as when a user adds computed variables."""
     xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_netcdf(file, mode="a")
     with xr.open_dataset(file) as opened:
         assert opened["mine"].values.tolist() == [1.0, 2.0]
@@ -181,7 +181,7 @@ def test_sigma_zz_vanishes_in_plane_stress() -> None:
 @pytest.mark.parametrize("law", ["hencky", "neo_hookean", "ciarlet", "j2"])
 @pytest.mark.parametrize("nu", [0.3, 0.499])
 def test_sigma_zz_of_finite_deformation(law: str, nu: float) -> None:
-    """lambda U'(J), with J as it is averaged against locking; and what flow across has left."""
+    """lambda U'(J) with J averaged over patches, plus the out-of-plane elastic part."""
     material = {"E": 1e3, "nu": nu, "law": law}
     if law == "j2":
         material |= {"yield_stress": 10, "hardening": 20}
@@ -216,7 +216,7 @@ def test_sigma_zz_of_finite_deformation(law: str, nu: float) -> None:
 
 @pytest.mark.parametrize("transfer", ["domains", "paper"])
 def test_a_grown_grid_carries_what_its_own_triangles_feel(transfer: str) -> None:
-    """Not what its points do, which growth leaves where they were."""
+    """Not the values of the points, which do not move with the grid."""
     result = run(scene_from_dict(growing(transfer=transfer, increments=8)))
     grid, fields = result.grid, build_fields(result)
     assert fields.sizes["face"] == len(grid.elements)
@@ -237,7 +237,7 @@ def test_a_grown_grid_carries_what_its_own_triangles_feel(transfer: str) -> None
 
 @pytest.mark.parametrize("nu", [0.3, 0.49])
 def test_faces_and_points_of_linear_triangles_feel_the_same(nu: float) -> None:
-    """Also the mean change of volume that triangles share where they would lock."""
+    """Also the volume change averaged over patches."""
     scene = plate(material={"E": 210e3, "nu": nu}, mesh={"element": "T3", "size": 2})
     scene["geometry"] = scene["geometry"] | {"regions": []}
     result = run(scene_from_dict(scene))

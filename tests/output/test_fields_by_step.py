@@ -1,4 +1,4 @@
-"""Fields by step: which ones, what they hold, and what is taken away."""
+"""Fields by step: selection, contents, removal of old files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cfmpm.state import Result
 def kept(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Result]:
-    """A run of five states, of which every second one is kept; the fields of its end besides."""
+    """A run of five states with fields of every second one, and of the end."""
     folder = tmp_path_factory.mktemp("fields")
     paper = {"transfer": "paper"} if request.param == "paper" else {}
     scene = growing("T3" if paper else request.param, **paper)
@@ -108,7 +108,7 @@ def test_the_last_fields_grow_with_the_load_factor(kept: tuple[Path, Result]) ->
 
 
 def test_stress_on_the_faces_is_in_balance_with_the_load() -> None:
-    """After growth too: the faces cut by a line across the body carry the force on its top."""
+    """Also after growth: the stress on a section across the body has the force of its top."""
     result = run(scene_from_dict(growing("T6")))
     fields = build_fields(result)
     faces = fields["face_nodes"].values

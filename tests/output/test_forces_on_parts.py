@@ -1,4 +1,4 @@
-"""What a record says of forces on the loaded parts where crack faces press on each other."""
+"""Forces of loaded parts in a record, with crack faces in contact."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def pressed(lower: float, upper: float, top: float, right: float, element: str):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_what_faces_do_to_each_other_is_no_force_of_a_grip(element: str) -> None:
-    """Pressure from all sides: each part has the pressure times its length, up to the mouth."""
+    """Uniform pressure: the force of each part is pressure times length, up to the mouth."""
     strain = -1e-3
     history = pressed(0.0, 0.0, 50 * strain, 60 * strain, element)
     pressure = -strain * E / ((1 + NU) * (1 - 2 * NU))
@@ -57,7 +57,7 @@ def test_what_faces_do_to_each_other_is_no_force_of_a_grip(element: str) -> None
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_closed_faces_do_no_work_where_grips_slide_them(element: str) -> None:
-    """The grips on both sides of the mouth move apart along x, the faces stay closed."""
+    """The grips on both sides of the mouth move apart along x while the faces stay closed."""
     history = pressed(-0.02, 0.03, -0.2, 0.0, element)
     assert float(history.external_work) == pytest.approx(float(history.strain_energy), rel=1e-11)
     assert abs(float(history.reaction_x.sum())) < 1e-9 * np.abs(history.reaction_y).max()

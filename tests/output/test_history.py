@@ -135,7 +135,7 @@ def test_spread_is_the_range_over_radii(history):
 
 
 def test_angles_that_go_past_half_a_turn_are_not_far_apart(history):
-    """As those of a force that points against the crack."""
+    """Angles of a force that points against the crack, near +-180 degrees."""
     scene = scene_from_dict(json.loads(history.attrs["config"]))
     step = StepRecord(1.0, {"cf_angle_radius": np.array([[178.0, -178.0, 176.0]])}, {})
     built = build_history(
@@ -154,7 +154,7 @@ def test_angles_that_go_past_half_a_turn_are_not_far_apart(history):
     ],
 )
 def test_whole_turns_are_taken_off_angles_alone(history, name, values, spread):
-    """And off these whole turns only, not half ones."""
+    """Only multiples of 360 degrees are subtracted, and from angles only."""
     scene = scene_from_dict(json.loads(history.attrs["config"]))
     step = StepRecord(1.0, {f"{name}_radius": np.array([values])}, {})
     built = build_history(
@@ -173,7 +173,7 @@ def test_one_radius_has_no_spread(history):
 def test_growth_that_the_default_number_of_increments_ends_is_warned_of(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """First of all, since the end of the path was not asked for; not so where it was."""
+    """It comes first, since the user did not set this limit; a limit in the scene gives none."""
     scene = scene_from_dict(growing() | {"growth": {"control": "crack", "increments": 2}})
     assert not any("growth.increments" in text for text in json.loads(run(scene).history.warnings))
     monkeypatch.setattr(Growth.model_fields["increments"], "default", 2)

@@ -1,4 +1,4 @@
-"""What the record of a run makes of its steps: work, kinds of growth, arrivals, and the end."""
+"""Record of a run: work, kind of growth, arrivals, end."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOADS: dict[str, list[dict[str, Any]]] = {
 
 
 def plate(loads: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:
-    """A plate whose left crack breaks through a hole, and whose right one runs towards it."""
+    """A plate whose left crack arrives at a hole, and whose right one grows towards it."""
     return {
         "name": "plate",
         "geometry": {
@@ -62,7 +62,7 @@ def forces_and_motions(history: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_work_is_that_of_the_forces_on_the_way_that_the_parts_move(grown: xr.Dataset) -> None:
-    """By the trapezoidal rule; a ligament breaks at the load before, and then the load changes."""
+    """Trapezoidal rule; a ligament breaks at constant load, then the load changes."""
     force, motion = forces_and_motions(grown)
     load = grown.load_factor.values
     path = [(np.zeros_like(force[0]), np.zeros_like(motion[0]))]
@@ -80,7 +80,7 @@ def test_work_is_that_of_the_forces_on_the_way_that_the_parts_move(grown: xr.Dat
 
 
 def test_the_first_state_holds_the_work_of_its_loads(grown: xr.Dataset) -> None:
-    """Clapeyron's theorem: nothing has broken yet."""
+    """Clapeyron's theorem, before growth."""
     first = grown.isel(step=0)
     assert float(first.external_work) == pytest.approx(float(first.strain_energy), rel=1e-10)
     assert abs(float(first.energy_gap)) < 1e-10 * float(first.external_work)
@@ -95,7 +95,7 @@ def test_gap_is_what_neither_stored_nor_spent_energy_explains(grown: xr.Dataset)
 
 
 def test_kind_of_growth_is_that_of_the_path(grown: xr.Dataset) -> None:
-    """Of grips alone by force and displacement; else by the load and what it moves through."""
+    """With grips only by force and displacement, otherwise by load and its displacement."""
     force, motion = forces_and_motions(grown)
     load, names = grown.load_factor.values, list(grown.boundary.values)
     top = force[:, names.index("top"), 1], motion[:, names.index("top"), 1]
@@ -114,7 +114,7 @@ def test_kind_of_growth_is_that_of_the_path(grown: xr.Dataset) -> None:
 
 
 def test_a_run_that_ends_at_a_point_keeps_its_kinds_of_growth() -> None:
-    """The last position of the crack has no state of balance, and so neither load nor force."""
+    """The last position of the crack has no equilibrium, and therefore no load and force."""
     geometry = plate([])["geometry"]
     geometry = geometry | {"holes": [], "cracks": [{"points": [[0, 20], [6, 20]]}]}
     loads = [*LOADS["grip"], {"name": "rivet", "point": [10, 20], "displacement": {"x": 0.0}}]
@@ -130,7 +130,7 @@ def test_a_run_that_ends_at_a_point_keeps_its_kinds_of_growth() -> None:
 
 
 def test_forces_on_grips_leave_out_what_crack_faces_exert_on_each_other() -> None:
-    """A crack that begins at the end of a grip, which presses one of its mouth's two nodes."""
+    """A crack mouth at the end of a grip, which holds one of the two nodes of the mouth."""
     geometry = {
         "outline": [
             {"at": [0, 0], "edge": "bottom"},
@@ -153,7 +153,7 @@ def test_forces_on_grips_leave_out_what_crack_faces_exert_on_each_other() -> Non
 
 
 def test_each_tip_has_the_clearance_and_the_element_size_of_its_own(grown: xr.Dataset) -> None:
-    """From the left tip to the hole 3 mm; the right one is 4 mm away from the other end of its
+    """The left tip is 3 mm from the hole, the right one 4 mm from the other end of its
     crack.
     """
     np.testing.assert_allclose(grown.clearance[0], [3.0, 4.0], rtol=1e-12)
@@ -178,12 +178,12 @@ def test_radii_are_named_by_the_tip_with_the_most_room() -> None:
 
 
 def statuses(history: xr.Dataset) -> list[list[str]]:
-    """Words of each tip by step."""
+    """Status of each tip by step."""
     return [[TIP_STATUS[flag] for flag in flags] for flags in history.tip_status.values]
 
 
 def test_only_what_arrives_in_the_last_step_has_cut_the_body(grown: xr.Dataset) -> None:
-    """A tip that has arrived before keeps its word; one that runs, or rests, has one of its own."""
+    """A tip that arrived earlier keeps its status, as do growing and stopped tips."""
     words = statuses(grown)
     (jump,) = np.flatnonzero(grown.jump.values)
     arrived = [words[step][0] == "arrived_hole" for step in range(len(words))]
@@ -196,7 +196,7 @@ def test_only_what_arrives_in_the_last_step_has_cut_the_body(grown: xr.Dataset) 
 
 
 def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> None:
-    """The left one, in the hole, many steps before the right one runs out of the body."""
+    """The left crack arrived at the hole many steps before the right one leaves the body."""
     scene = plate(LOADS["traction"], growth={"control": "crack"})
     history = cfmpm.run(scene_from_dict(scene)).history
     assert history.attrs["run_status"] == "severed"
@@ -208,7 +208,7 @@ def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> Non
 
 
 def test_cycles_go_on_to_the_last_position_of_a_fatigue_crack() -> None:
-    """The last segment, out of the body, grows at the rate of the state before."""
+    """The last segment, to the boundary, grows at the rate of the previous state."""
     geometry = plate([])["geometry"]
     geometry = geometry | {"holes": [], "cracks": [{"points": [[0, 20], [20, 20]]}]}
     fatigue = {
@@ -234,7 +234,7 @@ def test_cycles_go_on_to_the_last_position_of_a_fatigue_crack() -> None:
 
 
 def test_a_tip_that_waits_for_its_segment_grows_all_the_same() -> None:
-    """Two edge cracks of unequal length, by fatigue: the shorter one runs every other time."""
+    """Two edge cracks of unequal length in fatigue: the shorter one releases every other time."""
     geometry = plate([])["geometry"]
     cracks = [
         {"name": "short", "points": [[0, 10], [5, 10]]},
@@ -256,7 +256,7 @@ def test_a_tip_that_waits_for_its_segment_grows_all_the_same() -> None:
 
 
 def test_work_at_finite_deformation_is_summed_over_the_steps_in_between() -> None:
-    """One step on record, which the solver takes in several: closer to the energy than one."""
+    """One recorded step with several solver steps: the work is closer to the energy."""
     geometry = plate([])["geometry"] | {"holes": [], "cracks": []}
     loads = [
         {"edge": "left", "displacement": {"x": 0}},

@@ -1,4 +1,4 @@
-"""The folder of a run: who may write there, and what a result leaves in it."""
+"""The folder of a run: exclusive writing, and the files that stay."""
 
 from __future__ import annotations
 
@@ -73,8 +73,9 @@ def test_a_held_folder_is_let_go(tmp_path: Path) -> None:
     assert names(folder) == set()
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_scene_stays_where_it_is_still_true(tmp_path: Path) -> None:
-    """That which `check` has drawn, but not that of another scene."""
+    """The picture drawn by `check` is kept for the same scene only."""
     scene, folder = tmp_path / "scene.yaml", tmp_path / "result"
     scene.write_text(str(growing()))
     picture = folder / "scene.png"

@@ -1,4 +1,4 @@
-"""A box of a load that holds a little of a crack is told, and ending it at the boundary helps."""
+"""A box that contains a part of a crack gives a warning; ending it at the boundary helps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cfmpm.scene import scene_from_dict
 
 
 def warnings(right: float) -> list[str]:
-    """Of a plate whose left side is pulled in a box that ends at some x."""
+    """Warnings for a plate whose left side is loaded in a box that ends at a given x."""
     scene: dict[str, Any] = {
         "name": "plate",
         "geometry": {
@@ -31,7 +31,7 @@ def warnings(right: float) -> list[str]:
 def test_crack_in_the_box_of_a_load() -> None:
     (text,) = (text for text in warnings(0.5) if "box" in text)
     assert text == (
-        "pull: its box holds 0.5 mm of crack_1; loads do not act on crack faces: end the box at "
-        "the boundary, or name an edge"
+        "pull: its box contains 0.5 mm of crack_1; the traction acts on the boundary in the box, "
+        "not on crack faces: end the box at the boundary, or name an edge"
     )
     assert not [text for text in warnings(0.01) if "box" in text]

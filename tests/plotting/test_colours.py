@@ -1,4 +1,4 @@
-"""Colours are told apart by every kind of colour vision."""
+"""Colours can be distinguished with every type of colour vision."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1
 
 
 def lab(colours: ArrayLike, vision: ArrayLike) -> NDArray[np.float64]:
-    """CIE L*a*b* of sRGB colours as they are seen, (n, 3)."""
+    """CIE L*a*b* of sRGB colours for a type of colour vision, (n, 3)."""
     rgb = np.asarray(colours, float)
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     seen = np.clip(linear @ np.transpose(vision), 0.0, 1.0)

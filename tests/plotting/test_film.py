@@ -1,4 +1,4 @@
-"""Films by what their frames share."""
+"""Common axes and scales of the frames of a film."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of growth by the data in them."""
+"""Figures of growth: the data that they show."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ SCENE = {
 
 
 def history_of(flags: list[int], force: list[float], motion: list[float]) -> xr.Dataset:
-    """Two tips, of which the second one waits for a step; one loaded part."""
+    """Two tips, the second without growth in one step; one loaded part."""
     n = len(flags)
     growing, stopped = TIP_STATUS.index("growing"), TIP_STATUS.index("stopped")
     status = np.column_stack([[growing] * n, [stopped] + [growing] * (n - 1)])
@@ -126,7 +126,7 @@ def test_paths_lie_over_the_body(axes: Axes, history: xr.Dataset, kind: str) -> 
 def test_what_became_of_a_tip_is_marked(
     axes: Axes, history: xr.Dataset, status: str, marker: str, label: str
 ) -> None:
-    """And the legend names what is there, and nothing else."""
+    """The legend lists only what the figure contains."""
     history["tip_status"][-1] = TIP_STATUS.index(status)
     draw_paths(axes, history, expand(scene_from_dict(SCENE)))
     ends = [line for line in axes.lines if line.get_marker() == marker]
@@ -140,7 +140,7 @@ def test_what_became_of_a_tip_is_marked(
 def test_tips_that_a_member_of_a_study_lacks_are_not_drawn(
     axes: Axes, history: xr.Dataset, absent: list[str]
 ) -> None:
-    """Its other members have them: all there is of them is nan, and -1 for the status."""
+    """Other members have these tips: here all values are nan, and the status is -1."""
     lacks = history["tip"].isin(absent)
     force = {name: xr.ones_like(history["tip_x"]) for name in ("cf_x", "cf_y", "cf_norm")}
     member = history.assign(force)
@@ -157,14 +157,14 @@ def test_tips_that_a_member_of_a_study_lacks_are_not_drawn(
 
 
 def test_every_reference_is_drawn(axes: Axes, history: xr.Dataset) -> None:
-    """However many: markers come again."""
+    """Any number of references: markers repeat."""
     named = {f"author {k}": [[k, 1.0]] for k in range(9)}
     draw_paths(axes, history, expand(scene_from_dict(SCENE)), named)
     assert {name: lines(axes)[name].tolist() for name in named} == named
 
 
 def test_a_part_that_cannot_be_seen_is_not_named(axes: Axes, history: xr.Dataset) -> None:
-    """The last step of a severed body has no force, and a step of no length no line."""
+    """The last step of a severed body has no force; a step of zero length has no line."""
     words = list(reversed(PARTS))
     history["stability"][:] = [words.index(name) for name in ("stable", *["undefined"] * 4)]
     history["reaction_y"][2:] = np.nan

@@ -1,8 +1,8 @@
-"""Pictures as a whole, against some that were looked at.
+"""Figures as a whole, compared with stored images.
 
-Body and values are made by hand and all text is taken away: neither another grid generator nor
-another font changes a picture. Where one was changed on purpose, a test that fails names the file
-that is to take the place of the one in ``images``.
+Body and values are made by hand and text is removed: neither another grid generator nor
+another font changes a figure. After an intended change, the failing test names the file
+that is to replace the one in ``images``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def grid() -> Grid:
 
 
 def opened(grid: Grid) -> np.ndarray:
-    """Displacement that opens the crack [mm]: its faces move apart, the more the further back."""
+    """Displacement that opens the crack, increasing with the distance from the tip [mm]."""
     x, y = grid.nodes.T
     upper = np.zeros(len(x), bool)
     upper[grid.elements[grid.nodes[grid.elements].mean(axis=1)[:, 1] > 3.0]] = True

@@ -1,4 +1,4 @@
-"""Names of a mesh file may be any text: in pictures, in file names, in flags of datasets."""
+"""Any text as a name in a mesh file: in figures, file names and flags of datasets."""
 
 from __future__ import annotations
 

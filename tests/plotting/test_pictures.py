@@ -1,4 +1,4 @@
-"""Pictures by the data in them."""
+"""Figures: the data that they show."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def test_curves_that_coincide_are_both_seen(axes: Axes) -> None:
 
 
 def test_a_norm_far_from_j_has_a_scale_of_its_own(result: Result, tmp_path: Path) -> None:
-    """In mixed mode, where the differences of G and J could not be seen beside it."""
+    """In mixed mode the differences between G and J would not be visible on its scale."""
     j = result.history["G_radius"] * 1.001
     near = result.history.assign(J_radius=j, cf_norm_radius=j * 1.0005)
     far = near.assign(cf_norm_radius=j * 1.3)
@@ -210,7 +210,7 @@ def test_a_norm_far_from_j_has_a_scale_of_its_own(result: Result, tmp_path: Path
 
 
 def test_a_legend_of_very_many_loads_stays_short(axes: Axes, result: Result) -> None:
-    """Those that do the same are named together, and no picture grows by its legend."""
+    """Equal loads share an entry; the legend does not change the size of a figure."""
     (first, *_) = (load for load in result.scene.loads if load.kind == "traction")
     boundary = result.loading.boundaries[str(first.name)]
     names = [f"bolt_{i}" for i in range(70)]

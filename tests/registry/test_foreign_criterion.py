@@ -1,4 +1,4 @@
-"""Criteria that another package adds: local symmetry, and mode I alone as what drives a crack."""
+"""Criteria that another package adds: local symmetry, and a driving force of mode I."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hyperelastic law with three constants that another package adds: Mooney and Rivlin's."""
+"""A hyperelastic law with three constants that another package adds: Mooney-Rivlin."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cfmpm.kernels.laws.tensors import log_defect
 from cfmpm.registry.laws import Constant, Law
 
 MOONEY_RIVLIN = Law(
-    "is that of Mooney and Rivlin",
+    "Mooney-Rivlin law",
     "rubber_law",
     (
         Constant("c_10", "of mooney_rivlin [MPa]", above=0),
@@ -226,7 +226,7 @@ def run(folder: Path, program: str, **environment: str) -> str:
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An installed package with the law: one file, and one line in its list of entry points."""
+    """An installed package with the law: one file and one entry point."""
     folder = tmp_path_factory.mktemp("package")
     (folder / "rubber_law.py").write_text(LAW)
     facts = folder / "rubber_law-1.0.dist-info"

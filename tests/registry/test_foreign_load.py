@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from foreign_package import install, run
 
 ENTRY = """
@@ -74,6 +75,7 @@ else:
 """
 
 
+@pytest.mark.slow
 def test_pressure(tmp_path: Path) -> None:
     points = "[cfmpm.loads]\npressure = pressure_load:PRESSURE\n"
     install(tmp_path, {"pressure_load.py": ENTRY}, points)

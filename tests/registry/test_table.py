@@ -1,4 +1,4 @@
-"""Tables of words: what is in them, and how others add to them."""
+"""Tables of words: their contents, and additions by others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_a_word_is_added_before_the_first_look() -> None:
 
 def test_a_word_is_not_replaced() -> None:
     words = Registry("law", {"a": 1})
-    with pytest.raises(ValueError, match="law a: there is one"):
+    with pytest.raises(ValueError, match="law a: this name is already in use"):
         words.add("a", 2)
 
 

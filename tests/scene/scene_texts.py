@@ -1,4 +1,4 @@
-"""Scene texts for the tests, and what a bad one is refused with."""
+"""Scene texts for the tests, and the messages for invalid ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GOOD: dict[str, Any] = {
 
 
 def changed(**parts: Any) -> dict[str, Any]:
-    """A good scene with some parts replaced."""
+    """A valid scene with some parts replaced."""
     return copy.deepcopy(GOOD) | parts
 
 
@@ -41,7 +41,7 @@ def plate(
     mesh: str = "{}",
     fracture: str = "{}",
 ) -> str:
-    """A plate of 100 x 60 mm, each part on the line that LINE says."""
+    """A plate of 100 x 60 mm; LINE has the line number of each part."""
     return f"""name: plate
 material: {{E: 1000, nu: 0.3}}
 geometry:
@@ -56,12 +56,12 @@ fracture: {fracture}
 
 
 def family(parameters: str, rest: str = "") -> str:
-    """A scene with a family, which stands on line 3."""
+    """A scene with a family on line 3."""
     return f"name: specimen\nmaterial: {{E: 1000, nu: 0.3}}\nfamily: {{{parameters}}}\n{rest}"
 
 
 def refused(text: str, folder: Path, **overrides: object) -> list[Problem]:
-    """The problems with which a scene file is refused."""
+    """The problems of an invalid scene file."""
     path = folder / "scene.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(SceneError) as caught:
@@ -71,7 +71,7 @@ def refused(text: str, folder: Path, **overrides: object) -> list[Problem]:
 
 
 def assert_refused_once(text: str, folder: Path, key: str, line: int, fragment: str) -> None:
-    """One problem, at this key and line, with these words."""
+    """Check that there is one problem, at this key and line, with this text."""
     problems = refused(text, folder)
     assert [(p.key, p.line) for p in problems] == [(key, line)], problems
     assert fragment in problems[0].reason
@@ -79,7 +79,7 @@ def assert_refused_once(text: str, folder: Path, key: str, line: int, fragment: 
 
 
 def attempt(call: Callable[[], Scene]) -> tuple[Scene | None, list[Problem]]:
-    """The scene, or the problems; any other error is a failure."""
+    """Return the scene or the problems; any other error is a failure."""
     try:
         return call(), []
     except SceneError as error:

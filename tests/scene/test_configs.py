@@ -1,4 +1,4 @@
-"""Every config in the repository is a good scene, and the schema is up to date."""
+"""Every scene in configs/ is valid, and the schema is up to date."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that cannot be read, YAML that is none, and where keys stand."""
+"""Unreadable files, invalid YAML, and places of keys."""
 
 from __future__ import annotations
 
@@ -140,12 +140,12 @@ def test_any_text_is_yaml_or_refused(text: str) -> None:
 def test_what_snakemake_takes_for_code_is_refused(tmp_path: Path) -> None:
     (problem,) = refused("name: x\n__use_yte__: true\n", tmp_path)
     assert (problem.key, problem.line) == ("__use_yte__", 2)
-    assert "run what the file says as code" in problem.reason
+    assert "run values of the file as code" in problem.reason
 
 
 @pytest.mark.parametrize("levels", [5, 12])
 def test_aliases_are_counted_before_they_are_expanded(tmp_path: Path, levels: int) -> None:
-    """Eight hundred bytes; expanded they are up to ten to the thirteenth values."""
+    """800 bytes that expand to up to 1e13 values."""
     lines = ["a0: &a0 [" + "1, " * 10 + "]"]
     lines += [f"a{i}: &a{i} [" + f"*a{i - 1}, " * 10 + "]" for i in range(1, levels + 1)]
     tracemalloc.start()

@@ -1,4 +1,4 @@
-"""Families become the right geometry, their loads are in equilibrium, and everything is named."""
+"""Families: geometry, equilibrium of the loads, names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tips, mouths and points put onto the boundary."""
+"""Crack tips, crack mouths, and points snapped to the boundary."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_mouth_near_an_arc_is_put_onto_it(turn: float, miss: float) -> None:
 
 
 def mouth_away(turn: float) -> tuple[float, float]:
-    """A point on the far side of the hole, off by the seventh digit."""
+    """A point on the far side of the hole, with an error in the seventh digit."""
     return 50 - 5.0000003 * math.cos(turn), 30 - 5.0000003 * math.sin(turn)
 
 

@@ -1,4 +1,4 @@
-"""Constants of materials, from the table of laws."""
+"""Constants of materials from the table of laws."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cfmpm.scene import material
 
 
 def table(*constants: Constant) -> dict[str, Law]:
-    """One law a constant."""
+    """One law for each constant."""
     return {f"law_{i}": Law("", "", (constant,)) for i, constant in enumerate(constants)}
 
 

@@ -1,4 +1,4 @@
-"""From text to a scene: types, words of refusal, overrides, and the way back."""
+"""Reading of scenes: types, messages, overrides, and plain data of a scene."""
 
 from __future__ import annotations
 
@@ -50,24 +50,32 @@ TOP_LEVEL = [
     # one value or a list
     ("fracture: {radii: 0}", "fracture.radii", 4, "must be at least 1; got 0"),
     ("fracture: {radii: 21}", "fracture.radii", 4, "must be at most 20; got 21"),
-    ("fracture: {radii: 2.5}", "fracture.radii", 4, "must be a whole number, which counts, or"),
-    ("fracture: {radii: 5.0}", "fracture.radii", 4, "must be a whole number, which counts, or"),
+    ("fracture: {radii: 2.5}", "fracture.radii", 4, "must be a whole number (a count) or"),
+    ("fracture: {radii: 5.0}", "fracture.radii", 4, "must be a whole number (a count) or"),
     ("fracture: {radii: 1e1}", "fracture.radii", 4, "or a list of numbers in brackets; got 10.0"),
-    ("fracture: {radii: '3'}", "fracture.radii", 4, "must be a whole number, which counts, or"),
+    ("fracture: {radii: '3'}", "fracture.radii", 4, "must be a whole number (a count) or"),
     ("fracture: {radii: true}", "fracture.radii", 4, "in brackets; got true"),
     ("fracture: {radii: null}", "fracture.radii", 4, "in brackets; got nothing"),
-    ("fracture: {radii: {a: 1}}", "fracture.radii", 4, "must be a whole number, which counts, or"),
+    ("fracture: {radii: {a: 1}}", "fracture.radii", 4, "must be a whole number (a count) or"),
     ("fracture: {radii: [true]}", "fracture.radii[0]", 4, "must be a number, not true or false"),
     ("load_steps: 2.0", "load_steps", 4, "or a list of numbers in brackets; got 2.0"),
     ("load_steps: .5", "load_steps", 4, "or a list of numbers in brackets; got 0.5"),
-    ("load_steps: '4'", "load_steps", 4, "must be a whole number, which counts, or"),
-    ("load_steps: yes", "load_steps", 4, "must be a whole number, which counts, or"),
+    ("load_steps: '4'", "load_steps", 4, "must be a whole number (a count) or"),
+    ("load_steps: yes", "load_steps", 4, "must be a whole number (a count) or"),
     ("load_steps: [false]", "load_steps[0]", 4, "must be a number, not true or false"),
-    ("growth: {increments: 2.5}", "growth.increments", 4, "must be a whole number; got 2.5"),
+    ("growth: {increments: 2.5}", "growth.increments", 4, "must be a whole number without"),
+    ("growth: {increments: 1e2}", "growth.increments", 4, "exponent or quotes; got 100.0"),
+    ("growth: {increments: '2'}", "growth.increments", 4, 'exponent or quotes; got "2"'),
+    ("growth: {order: 2.0}", "growth.order", 4, "must be 1 or 2; got 2.0"),
+    ("output: {every: 2.0}", "output.every", 4, "must be a whole number without point"),
+    ("output: {fields: 1}", "output.fields", 4, "must be true or false; got 1"),
+    ("output: {fields: yes}", "output.fields", 4, 'must be true or false; got "yes"'),
+    ("description: 2", "description", 4, "must be text; put it in quotes; got 2"),
+    ("description: !!binary eA==", "description", 4, "must be text; put it in quotes"),
     ("growth: {order: true}", "growth.order", 4, "must be 1 or 2; got true"),
     ("growth: {order: [1]}", "growth.order", 4, "must be 1 or 2; got [1]"),
     ("growth: {order: 3}", "growth.order", 4, "must be 1 or 2; got 3"),
-    ("growth: {increments: true}", "growth.increments", 4, "not true or false"),
+    ("growth: {increments: true}", "growth.increments", 4, "quotes; got true"),
     ("fracture: {radii: []}", "fracture.radii", 4, "needs at least 1, has 0"),
     ("fracture: {radii: [1, 0]}", "fracture.radii[1]", 4, "must be greater than 0; got 0"),
     ("fracture: {radii: [1, [2]]}", "fracture.radii[1]", 4, "must be a number; got [2]"),
@@ -112,7 +120,7 @@ FAMILY = [
     (SINGLE.replace("50", "[50]"), "family.width", "must be a number; got [50]"),
     (SINGLE.replace("50", ""), "family.width", "must be a number; got nothing"),
     (SINGLE.replace("1", "-.inf"), "family.traction", "must be a finite number; got -inf"),
-    (SINGLE.replace("1", "1.0e+31"), "family.traction", "must be at most 1e+30 in size"),
+    (SINGLE.replace("1", "1.0e+31"), "family.traction", "must have a magnitude of at most 1e+30"),
     (SINGLE.replace("height: 90, ", ""), "family.height", "is missing"),
     (SINGLE.replace("width: 50, ", ""), "family.width", "is missing"),
     (SINGLE.replace("length: 9", "length: 50"), "family.crack_length", "less than the width, 50"),
@@ -263,10 +271,10 @@ def test_numbers_of_other_libraries(number: object) -> None:
 
 
 def test_a_decimal_comma_is_recognised(tmp_path: Path) -> None:
-    """In a flow mapping the comma makes two keys of it, in a block mapping a text."""
+    """In a flow mapping the comma separates two keys, in a block mapping it is text."""
     path = tmp_path / "scene.yaml"
     path.write_text(f"name: x\nfamily: {{{SINGLE}}}\nmaterial: {{E: 210.000,5, nu: 0.3}}\n")
-    with pytest.raises(SceneError, match=r"material\.5: unknown key; a decimal comma\?.* 1\.5"):
+    with pytest.raises(SceneError, match=r"material\.5: unknown key 5; write .* as in 1\.5"):
         load_scene(path)
     path.write_text(f"name: x\nfamily: {{{SINGLE}}}\nmaterial:\n  E: 210000,5\n  nu: 0.3\n")
     with pytest.raises(SceneError, match='with a decimal point; got "210000,5"'):
@@ -327,7 +335,7 @@ def test_override_into_lists() -> None:
     assert data["loads"][0]["traction"] == [0, 1], "the data given stay as they are"
     for key, fragment in [
         ("loads[2].traction", "2 entries are given"),
-        ("loads.edge", "looked for in a list"),
+        ("loads.edge", "this is a list: give an index"),
         ("name[0]", "no entries are given"),
     ]:
         with pytest.raises(SceneError, match=fragment):

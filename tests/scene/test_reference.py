@@ -1,4 +1,4 @@
-"""The reference of scene files says what the models say."""
+"""The reference of scene files agrees with the models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sizes, counts, radii and mesh files that are refused."""
+"""Refused sizes, counts, radii and mesh files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,12 @@ from cfmpm.scene import config_hash, effective_config, expand, load_scene, scene
 
 CRACK = "[{points: [[0, 30], [50, 30]]}]"
 SIZES = [
-    ("mesh", "{size: 61}", "mesh.size", "61 is larger than the body, which is 60 wide"),
+    (
+        "mesh",
+        "{size: 61}",
+        "mesh.size",
+        "61 mm is larger than the body, whose smaller extent is 60 mm",
+    ),
     ("mesh", "{size: 1.0e+5}", "mesh.size", "larger than the body"),
     ("mesh", "{grading: {tip_size: 70}}", "mesh.grading.tip_size", "larger than the body"),
     ("mesh", "{grading: {tip_size: 1.0e+5}}", "mesh.grading.tip_size", "larger than the body"),
@@ -33,7 +38,12 @@ SIZES = [
         "mesh.grading",
         "triangles; the limit",
     ),
-    ("fracture", "{radii: [5, 101]}", "fracture.radii[1]", "101 is larger than the body, 100"),
+    (
+        "fracture",
+        "{radii: [5, 101]}",
+        "fracture.radii[1]",
+        "101 mm is larger than the body, 100 mm",
+    ),
     ("fracture", "{radii: [1.0e+6]}", "fracture.radii[0]", "larger than the body"),
     ("fracture", "{radii: [5, 5]}", "fracture.radii", "must differ from each other"),
     ("fracture", "{radii: [1, 2, 1.0]}", "fracture.radii", "must differ from each other"),
@@ -132,7 +142,7 @@ MESH_FILES = [
 def test_sizes_beside_a_mesh_file_refused(keys: str, key: str, tmp_path: Path) -> None:
     (tmp_path / "a.msh").write_text("mesh")
     text = mesh_scene("file: a.msh") + f"mesh: {{{keys}}}\n"
-    assert_refused_once(text, tmp_path, key, 5, "has no effect beside mesh_file")
+    assert_refused_once(text, tmp_path, key, 5, "has no effect with mesh_file")
 
 
 def test_the_element_of_a_mesh_file_is_a_choice(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Outlines, holes and regions that are refused, and some that are not."""
+"""Refused and accepted outlines, holes and regions."""
 
 from __future__ import annotations
 
@@ -14,22 +14,30 @@ OUTLINES = [
     ("[[0, 0], [5, 5], [10, 0], [10, 9], [5, 5], [0, 9]]", "", "touches itself near (5, 5)"),
     # an arc that bulges through the opposite side
     ("[{at: [0, 0], through: [5, 12]}, [10, 0], [10, 10], [0, 10]]", "", "crosses or touches"),
-    ("[[0, 0], [10, 0]]", "", "has 2 corners; needs three"),
-    ("[{at: [0, 0], edge: a}, {at: [10, 0], edge: b}]", "", "has 2 corners; needs three"),
+    ("[[0, 0], [10, 0]]", "", "has 2 corners; needs at least three"),
+    ("[{at: [0, 0], edge: a}, {at: [10, 0], edge: b}]", "", "has 2 corners; needs at least three"),
     ("[[0, 0], [10, 0], [20, 0]]", "", "encloses no area"),
     ("[[0, 0], [10, 10], [20, 20], [5, 5]]", "", "encloses no area"),
-    ("[[0, 0], [10, 0], [10, 0], [0, 10]]", "[2]", "repeats the corner before, (10, 0)"),
-    ("[[0, 0], [10, 0], [10, 1.0e-9], [0, 10]]", "[2]", "repeats the corner before"),
-    ("[[0, 0], [10, 0], [0, 10], [0, 0]]", "[3]", "the line closes by itself"),
-    ("[{at: [0, 0], through: [5, 0]}, [10, 0], [0, 10]]", "[0].through", "no arc does that"),
-    ("[[0, 0], {at: [10, 0], through: [20, -10]}, [0, 10]]", "[1].through", "no arc does that"),
+    ("[[0, 0], [10, 0], [10, 0], [0, 10]]", "[2]", "repeats the previous corner, (10, 0)"),
+    ("[[0, 0], [10, 0], [10, 1.0e-9], [0, 10]]", "[2]", "repeats the previous corner"),
+    ("[[0, 0], [10, 0], [0, 10], [0, 0]]", "[3]", "the line is closed without it"),
+    ("[{at: [0, 0], through: [5, 0]}, [10, 0], [0, 10]]", "[0].through", "the arc is not defined"),
+    (
+        "[[0, 0], {at: [10, 0], through: [20, -10]}, [0, 10]]",
+        "[1].through",
+        "the arc is not defined",
+    ),
     ("[{at: [0, 0], through: [0, 0]}, [10, 0], [0, 10]]", "[0].through", "is an end of the edge"),
     ("[{at: [0, 0], through: [10, 0]}, [10, 0], [0, 10]]", "[0].through", "is an end of the edge"),
-    ("[{at: [0, 0], edge: a}, [9, 0], {at: [9, 9], edge: a}, [0, 9]]", "[2].edge", "of side 1 too"),
+    (
+        "[{at: [0, 0], edge: a}, [9, 0], {at: [9, 9], edge: a}, [0, 9]]",
+        "[2].edge",
+        "also the name of side 1",
+    ),
     (
         "[{at: [0, 0], edge: a}, [9, 0], {at: [9, 9], edge: a}, {at: [5, 9], edge: a}, [0, 9]]",
         "[2].edge",
-        "only sides that follow each other",
+        "only consecutive sides",
     ),
 ]
 HOLES = [
@@ -63,7 +71,7 @@ HOLES = [
     ),
     ("[{polygon: [[10, 10], [20, 20], [20, 10], [10, 20]]}]", "[0].polygon", "crosses or touches"),
     ("[{polygon: [[10, 10], [20, 20], [30, 30]]}]", "[0].polygon", "encloses no area"),
-    ("[{polygon: [[10, 10], [20, 20]]}]", "[0].polygon", "needs three"),
+    ("[{polygon: [[10, 10], [20, 20]]}]", "[0].polygon", "needs at least three"),
     ("[{circle: {centre: [10, 10], radius: 1.0e-12}}]", "[0].circle.radius", "too small"),
     ("[{circle: {centre: [1.0e+8, 0], radius: 0.05}}]", "[0].circle.radius", "too small"),
     (
@@ -84,11 +92,11 @@ HOLES = [
         "[1].name",
         "a is a name already in use",
     ),
-    ("[{name: a}]", "[0]", "needs a circle or a polygon, and not both"),
+    ("[{name: a}]", "[0]", "needs either a circle or a polygon"),
     (
         "[{circle: {centre: [15, 12], radius: 1}, polygon: [[10, 10], [20, 10], [20, 20]]}]",
         "[0]",
-        "needs a circle or a polygon, and not both",
+        "needs either a circle or a polygon",
     ),
 ]
 SOFT = "material: {E: 1, nu: 0}"
@@ -117,12 +125,12 @@ REGIONS = [
         "[1]",
         "overlaps region a",
     ),
-    (f"[{{name: a, {SOFT}}}]", "[0]", "needs a circle or a polygon"),
+    (f"[{{name: a, {SOFT}}}]", "[0]", "needs either a circle or a polygon"),
     (
         f"[{{name: a, {SOFT}, circle: {{centre: [50, 30], radius: 9}}, "
         "polygon: [[1, 1], [9, 1], [9, 9]]}]",
         "[0]",
-        "and not both",
+        "needs either",
     ),
     (
         f"[{{name: body, {SOFT}, circle: {{centre: [50, 30], radius: 9}}}}]",

@@ -1,4 +1,4 @@
-"""Cracks that are refused, and some that are not."""
+"""Refused and accepted cracks."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ REFUSED = [
         "[{points: [[-1, 28], [9, 38]]}]",
         "",
         "[0].points",
-        "near (-0.5, 28.5); to be open there, end it on the edge, at (0, 29)",
+        "near (-0.5, 28.5); for a crack mouth, end the crack on the edge, at (0, 29)",
     ),
     (
         "[{points: [[20, 30], [47, 30]]}]",
         HOLE,
         "[0].points",
-        "runs through hole_1 near (46, 30); to be open there, end it on the edge, at (45, 30)",
+        "hole_1 near (46, 30); for a crack mouth, end the crack on the edge, at (45, 30)",
     ),
     ("[{points: [[50, 30], [50, 61], [60, 30]]}]", "", "[0].points", "leaves the body"),
     ("[{points: [[30, 30], [70, 30]]}]", HOLE, "[0].points", "runs through hole_1 near (50, 30)"),
@@ -33,7 +33,7 @@ REFUSED = [
     ("[{points: [[10, 10], [20, 10], [20, 20], [15, 10]]}]", "", "[0].points", "touches itself"),
     ("[{points: [[10, 10], [20, 10], [20, 20], [10, 10]]}]", "", "[0].points", "touches itself"),
     ("[{points: [[10, 10], [20, 10], [15, 10]]}]", "", "[0].points", "touches itself"),
-    ("[{points: [[10, 10], [10, 10]]}]", "", "[0].points[1]", "repeats the point before"),
+    ("[{points: [[10, 10], [10, 10]]}]", "", "[0].points[1]", "repeats the previous point"),
     (
         "[{points: [[10, 10], [13, 14]], uncounted: 5}]",
         "",
@@ -45,30 +45,35 @@ REFUSED = [
         "[{points: [[10, 10], [20, 10], [20.00001, 10], [30, 20]]}]",
         "",
         "[0].points[2]",
-        "repeats the point before, (20, 10)",
+        "repeats the previous point, (20, 10)",
     ),
     (
         "[{points: [[10, 10], [30, 10]]}, {name: b, points: [[20, 5], [20, 20]]}]",
         "",
         "[1]",
-        "crosses or touches crack_1: not supported yet",
+        "crosses or touches crack_1, which is not supported",
     ),
     (
         "[{name: a, points: [[10, 10], [30, 10]]}, {points: [[20, 10], [20, 20]]}]",
         "",
         "[1]",
-        "crosses or touches a: not supported yet",
+        "crosses or touches a, which is not supported",
     ),
-    ("[{points: [[20, 0], [40, 0]]}]", "", "[0].points", "runs along bottom"),
-    ("[{points: [[20, 0], [30, 0], [40, 20]]}]", "", "[0].points", "runs along bottom"),
+    ("[{points: [[20, 0], [40, 0]]}]", "", "[0].points", "lies along bottom"),
+    ("[{points: [[20, 0], [30, 0], [40, 20]]}]", "", "[0].points", "lies along bottom"),
     (
         "[{points: [[0, 10], [30, 0.004]]}, {points: [[80, 9], [81, 9]]}]",
         "",
         "[0].points[1]",
-        "neither on it",
+        "it must be on it, or at least 0.01 mm away",
     ),
-    ("[{points: [[20, 20], [20, 59.995]]}]", "", "[0].points[1]", "0.005 from top: neither on it"),
-    ("[{points: [[44.997, 30], [30, 30]]}]", HOLE, "[0].points[0]", "0.003 from hole_1"),
+    (
+        "[{points: [[20, 20], [20, 59.995]]}]",
+        "",
+        "[0].points[1]",
+        "0.005 mm from top; it must be on it",
+    ),
+    ("[{points: [[44.997, 30], [30, 30]]}]", HOLE, "[0].points[0]", "0.003 mm from hole_1"),
     (
         "[{points: [[20, 20], [30, 0], [40, 20]]}]",
         "",
@@ -151,7 +156,7 @@ FAMILIES = [
     (
         "kind: single_edge, width: 50, height: 90, crack_length: 49.999, traction: 1",
         "family.crack_length",
-        "neither on it nor clear",
+        "it must be on it, or at least",
     ),
     (
         "kind: three_point_bend, length: 20, height: 8, span: 18, crack_length: 3, force: 1, "

@@ -1,4 +1,4 @@
-"""What the updated Lagrangian formulation is refused with."""
+"""Keys that do not go with the updated Lagrangian formulation."""
 
 from __future__ import annotations
 

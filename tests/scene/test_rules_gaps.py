@@ -1,4 +1,4 @@
-"""Lines side by side: refused in one line, or known to need a bounded grid."""
+"""Narrow gaps between lines: refused with one message, or meshed with a bounded grid."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def region(*polygon: Any, name: str = "r") -> dict[str, Any]:
 
 
 def upper(y: float, right: float | None = None) -> dict[str, Any]:
-    """What lies above a line."""
+    """The region above a horizontal line."""
     return region([0, y], [10, y if right is None else right], [10, 10], [0, 10])
 
 
@@ -47,30 +47,30 @@ def hairpin(gap: float) -> list[dict[str, Any]]:
     return [{"points": [[2, 5], [8, 5], [8, 5 + gap], [2, 5 + gap]]}]
 
 
-FOLDED, APART = "folds back onto itself: sides", "clear of itself by 0.001"
-COINCIDE = "must coincide or be clear of each other by 0.001"
+FOLDED, APART = "folds back onto itself: the angle", "the smallest gap allowed is 0.001 mm"
+COINCIDE = "must coincide or be at least 0.001 mm apart"
 REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
     "spike": ({"outline": spike(1e-9)}, "outline", FOLDED),
-    "wider spike": ({"outline": spike(1e-4)}, "outline", "sides 3 and 4 enclose less than 0.6"),
+    "wider spike": ({"outline": spike(1e-4)}, "outline", "sides 3 and 4 is below 0.6 deg"),
     "turned spike": ({"outline": spike(1e-6)[::-1]}, "outline", FOLDED),
     "short spike": (
         {"outline": spike(1e-9, 10.01)},
         "outline",
-        f"near (10, 5); a line must be {APART}",
+        f"near (10, 5); {APART}",
     ),
     "closed notch": ({"outline": spike(1e-9, 5)}, "outline", APART),
     "spike of a hole": (
         {"holes": [{"polygon": [[5, 7], [5, 5 + 1e-8], [8, 5], [5, 5 - 1e-8], [5, 3], [3, 5]]}]},
         "holes[0].polygon",
-        "sides 1 and 4 are 2e-08 apart near (5, 5)",
+        "sides 1 and 4 are 2e-08 mm apart near (5, 5)",
     ),
     "spike of a region": (
         {"regions": [region([3, 3], [5, 3], [5, 5 - 1e-6], [8, 5], [5, 5 + 1e-6], [5, 7], [3, 7])]},
         "regions[0].polygon",
         FOLDED,
     ),
-    "crack beside itself": ({"cracks": hairpin(1e-4)}, "cracks[0].points", "are 0.0001 apart"),
-    "nearer": ({"cracks": hairpin(2e-5)}, "cracks[0].points", "sides 1 and 3 are 2e-05 apart"),
+    "crack beside itself": ({"cracks": hairpin(1e-4)}, "cracks[0].points", "are 0.0001 mm apart"),
+    "nearer": ({"cracks": hairpin(2e-5)}, "cracks[0].points", "sides 1 and 3 are 2e-05 mm apart"),
     "crack that turns back": (
         {"cracks": [{"points": [[2, 5], [8, 5], [2, 5.001]]}]},
         "cracks[0].points",
@@ -79,17 +79,17 @@ REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
     "border beside a crack": (
         {"regions": [upper(5 - 1e-5)], "cracks": [EDGE_CRACK]},
         "regions[0]",
-        f"r and crack_1 are 1e-05 apart near (0.0049975, 4.99999): lines {COINCIDE}",
+        f"r and crack_1 are 1e-05 mm apart near (0.0049975, 4.99999): they {COINCIDE}",
     ),
     "nearer border": (
         {"regions": [upper(5 - 2e-6)], "cracks": [EDGE_CRACK]},
         "regions[0]",
-        "r and crack_1 are 2e-06 apart",
+        "r and crack_1 are 2e-06 mm apart",
     ),
     "border beside the outline": (
         {"regions": [region([1e-4, 1e-4], [9, 1e-4], [9, 2], [1e-4, 2])]},
         "regions[0]",
-        "r and the outline are 0.0001 apart",
+        "r and the outline are 0.0001 mm apart",
     ),
     "border around a hole": (
         {
@@ -111,7 +111,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
             ]
         },
         "regions[1]",
-        f"s and region r are 0.0001 apart near (4.0001, 2): lines {COINCIDE}",
+        f"s and region r are 0.0001 mm apart near (4.0001, 2): they {COINCIDE}",
     ),
     "a border that misses a corner of a hole": (
         {
@@ -119,12 +119,12 @@ REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
             "regions": [upper(5 + 1e-5, 5)],
         },
         "regions[0]",
-        "r and hole_1 are 6e-06 apart near (4, 5)",
+        "r and hole_1 are 6e-06 mm apart near (4, 5)",
     ),
     "a tip beside a border": (
         {"regions": [upper(5.0005)], "cracks": [{"points": [[5, 2], [5, 5]]}]},
         "regions[0]",
-        "r and crack_1 are 0.0005 apart near (5, 5.00025)",
+        "r and crack_1 are 0.0005 mm apart near (5, 5.00025)",
     ),
 }
 

@@ -1,4 +1,4 @@
-"""What finite deformation and its materials are refused with."""
+"""Keys that do not go with finite deformation and its materials."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads that are refused, and some that are not."""
+"""Refused and accepted loads."""
 
 from __future__ import annotations
 
@@ -19,25 +19,42 @@ REFUSED = [
     ("[{edge: hole_2, traction: [0, 1]}]", "[0].edge", "did you mean hole_1?"),
     ("[{box: [[10, 10], [20, 20]], traction: [0, 1]}]", "[0].box", "no part of the boundary"),
     ("[{box: [[101, 0], [120, 60]], displacement: {x: 0}}]", "[0].box", "no part of the boundary"),
-    ("[{box: [[0, 0], [0, 60]], displacement: {x: 0}}]", "[0].box", "no width or no height"),
+    ("[{box: [[0, 0], [0, 60]], displacement: {x: 0}}]", "[0].box", "zero width or height"),
     (
         "[{box: [[-1, 39], [11, 41]], traction: [0, -1]}]",
         "[0].box",
-        "holds 10 mm of crack_1, and 2 mm of the boundary: loads do not act on crack faces",
+        "contains 10 mm of crack_1 and 2 mm of the boundary: a traction cannot act on crack faces",
     ),
-    ("[{box: [[2, 36], [-1, 45]], traction: [0, 1]}]", "[0].box", "holds 2 mm of crack_1, and 9 "),
-    ("[{box: [[-1, 39], [30, 41]], displacement: {x: 0}}]", "[0].box", "end the box at the bound"),
-    ("[{box: [[-1, 39.5], [9, 60]], traction: [1, 0]}]", "[0].box", "holds 9 mm of crack_1, and"),
-    ("[{box: [[0, 60], [100, 60]], traction: [0, 1]}]", "[0].box", "no width or no height"),
+    (
+        "[{box: [[2, 36], [-1, 45]], traction: [0, 1]}]",
+        "[0].box",
+        "contains 2 mm of crack_1 and 9 ",
+    ),
+    ("[{box: [[-1, 39], [30, 41]], traction: [1, 0]}]", "[0].box", "end the box at the bound"),
+    ("[{box: [[2, 39], [9, 41]], displacement: {x: 0}}]", "[0].box", "only 7 mm of crack_1"),
+    ("[{box: [[-1, 39.5], [9, 60]], traction: [1, 0]}]", "[0].box", "contains 9 mm of crack_1 and"),
+    ("[{box: [[0, 60], [100, 60]], traction: [0, 1]}]", "[0].box", "zero width or height"),
     (
         "[{point: [101, 30], force: [0, 1]}]",
         "[0].point",
-        "(101, 30) is outside the body; right is 1 ",
+        "(101, 30) is outside the body, 1 mm from right",
     ),
-    ("[{point: [50, 30], displacement: {x: 0}}]", "[0].point", "is outside the body; hole_1 is 5 "),
-    ("[{point: [50, 0.001], force: [0, 1]}]", "[0].point", "0.001 from bottom: neither on it"),
-    ("[{point: [55.005, 30], force: [0, 1]}]", "[0].point", "0.005 from hole_1: neither on it"),
-    ("[{point: [0, 40], force: [0, 1]}]", "[0].point", "is on crack_1, which has two faces"),
+    (
+        "[{point: [50, 30], displacement: {x: 0}}]",
+        "[0].point",
+        "is outside the body, 5 mm from hole_1",
+    ),
+    (
+        "[{point: [50, 0.001], force: [0, 1]}]",
+        "[0].point",
+        "0.001 mm from bottom; it must be on it",
+    ),
+    (
+        "[{point: [55.005, 30], force: [0, 1]}]",
+        "[0].point",
+        "0.005 mm from hole_1; it must be on it",
+    ),
+    ("[{point: [0, 40], force: [0, 1]}]", "[0].point", "is on crack_1: a load on a crack"),
     ("[{point: [5, 40], displacement: {x: 0}}]", "[0].point", "is on crack_1"),
     (
         "[{edge: top, displacement: {x: 0}}, {edge: top, displacement: {x: 1, y: 0}}]",
@@ -168,6 +185,7 @@ ACCEPTED = [
     "[{point: [50, 25], force: [0, 1]}, {point: [80, 30], displacement: {x: 0}}]",
     "[{box: [[44, 24], [56, 30]], traction: [0, 1]}]",
     "[{box: [[100, 60], [99, 59]], displacement: {x: 1}}]",
+    "[{box: [[-1, 39], [30, 41]], displacement: {x: 1}}]",
 ]
 
 

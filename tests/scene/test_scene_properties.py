@@ -1,4 +1,4 @@
-"""Whatever is given, a scene or a SceneError comes back."""
+"""Any input gives a scene or a SceneError."""
 
 from __future__ import annotations
 

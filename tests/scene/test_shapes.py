@@ -24,7 +24,7 @@ def on_circle(centre: tuple[float, float], radius: float, turn: float) -> tuple[
 
 @given(point, st.floats(0.1, 10), st.floats(-4, 4), angle, angle, st.sampled_from([1, -1]))
 def test_arc(centre, radius, first, second, third, sense) -> None:
-    """An arc keeps to its circle, passes through its third point and is as long as its angle."""
+    """An arc is on its circle, contains its third point and has the length of its angle."""
     turns = [first, first + sense * second, first + sense * (second + third)]
     start, through, end = (on_circle(centre, radius, turn) for turn in turns)
     assume(min(math.dist(start, end), math.dist(start, through)) > 1e-3 * radius)

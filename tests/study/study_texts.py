@@ -66,7 +66,7 @@ VOLATILE = {"date_created", "history"}
 
 
 def write_study(folder: Path, text: str = STUDY, name: str = "study.yaml") -> Path:
-    """A study file beside the scene it may start from."""
+    """Write a study file beside its base scene."""
     (folder / "small.yaml").write_text(SCENE)
     path = folder / name
     path.write_text(text)
@@ -74,7 +74,7 @@ def write_study(folder: Path, text: str = STUDY, name: str = "study.yaml") -> Pa
 
 
 def without_times(path: Path | str) -> xr.Dataset:
-    """A dataset of a study without what differs between two runs of it."""
+    """A dataset of a study without variables that differ between two runs."""
     dataset = xr.load_dataset(path).drop_vars(["run_time", "cpu_time"])
     for name in VOLATILE:
         del dataset.attrs[name]

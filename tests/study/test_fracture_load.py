@@ -1,4 +1,4 @@
-"""The load at fracture of members at finite deformation, from values of their steps."""
+"""Load at fracture of members at finite deformation, interpolated between their steps."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_left_out_where_a_kink_is_not_known() -> None:
 
 
 def test_tips_that_cannot_be_first_do_not_matter() -> None:
-    """One that is hardly loaded, whose kink is not known, and one that carries nothing."""
+    """A tip with a small load and unknown kink, and a tip without load."""
     J = [[0.25, 0.01, NAN], [1.0, 0.04, NAN]]
     assert found(J, np.full((2, 3), NAN).tolist(), [0.1, -43.0, NAN]) == pytest.approx(2.0)
     first = [[0.25, 0.2, NAN], [1.0, 0.8, NAN]]

@@ -1,4 +1,4 @@
-"""Every study in configs/studies is a good one; those of stationary cracks give known numbers."""
+"""Every study in configs/studies is valid; those of stationary cracks give known values."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_schema_is_up_to_date() -> None:
 
 
 def solved(name: str, **only: set[float]) -> xr.Dataset:
-    """A shipped study, or its members of some values alone, solved in this process."""
+    """A study of configs/studies, or some of its members, solved in this process."""
     plan = load_study(CONFIGS / "studies" / f"{name}.yaml")
     members = [
         one

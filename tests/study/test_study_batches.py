@@ -1,4 +1,4 @@
-"""Batches as jobs of a workflow: what one of them keeps, and what is refused."""
+"""Batches of members as jobs of a workflow: results and refused input."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ KILLED = "its process was killed; not enough memory?"
 
 
 def run_badly(members, outcomes, store, workers) -> None:
-    """As `run_members`, but the machine loses the first member."""
+    """As `run_members`, but the first member is lost."""
     members = [one for one in members if one.key not in outcomes]
     for number, one in enumerate(members):
         lost = Outcome(one.key, "failed", KILLED, lasting=False)

@@ -1,4 +1,4 @@
-"""`cfmpm study` on the command line: what it writes, what it says, how it fails."""
+"""The command `cfmpm study`: files, messages and errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one dataset of a study: its dimensions, what is in it, and what fills its gaps."""
+"""The dataset of a study: dimensions, variables, missing values."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cfmpm.study.reading import Plan, load_study
 
 
 def solved(folder: Path, text: str) -> tuple[Plan, dict[str, Outcome], xr.Dataset]:
-    """A study solved in this process, and its dataset as plain xarray opens it."""
+    """A study solved in this process, and its dataset opened by xarray."""
     plan = load_study(write_study(folder, text))
     outcomes = {one.key: solve(one.job()) for one in plan.members}
     write_dataset(collect(plan, outcomes), folder / "study.nc")

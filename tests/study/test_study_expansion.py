@@ -1,4 +1,4 @@
-"""From parameters to members: how many, in which order, with which values."""
+"""Members of a study: number, order, values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Variants, further quantities and repeated runs of members."""
+"""Variants, additional quantities and repeated runs of members."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def measuring(folder: Path, function: str) -> Plan:
 
 
 def test_variants_are_one_dimension(tmp_path: Path) -> None:
-    """Each with what it replaces, over what all have; its name is its label."""
+    """Each variant replaces keys of the base; its name is its label."""
     plan = load_study(write_study(tmp_path, VARIANTS))
     assert [one.values["variant"] for one in plan.members[::2]] == ["as_is", "finer", "same"]
     assert [one.scene.mesh.size for one in plan.members[::2]] == [3, 2, 3]
@@ -121,7 +121,7 @@ def test_bad_variants(old, new, line, key, words, tmp_path: Path) -> None:
 
 
 def test_what_is_measured_is_in_the_dataset(tmp_path: Path) -> None:
-    """Filled up with nan where members differ in size, with labels where these are the same."""
+    """Padded with nan if members differ in size, with labels if these are equal."""
     plan = measuring(tmp_path, "gauge")
     data = solved(plan)
     assert (data.reason == "").all(), data.reason.values
@@ -188,7 +188,7 @@ def test_a_measure_takes_no_name_of_a_parameter(tmp_path: Path) -> None:
     ],
 )
 def test_a_measure_that_is_not_there(tmp_path: Path, place: str, words: str) -> None:
-    """Is found before anything runs, at its line."""
+    """It is reported before any member runs, with its line."""
     (tmp_path / "gauge.py").write_text(GAUGE)
     with pytest.raises(SceneError) as error:
         load_study(write_study(tmp_path, f"{STUDY}measure: {place}\n"))
@@ -208,7 +208,7 @@ def test_the_fastest_of_repeated_runs_counts(tmp_path: Path, monkeypatch) -> Non
 
 
 def test_studies_without_a_file(tmp_path: Path) -> None:
-    """Several at once: what they share is solved once; problems come with their keys."""
+    """Several studies: common members are solved once; problems have their keys."""
     write_study(tmp_path, STUDY)
     study = {
         "name": "a",

@@ -1,4 +1,4 @@
-"""From a study file to its members, and how a bad one is refused."""
+"""Reading of study files, and messages for invalid ones."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_a_long_list_is_not_checked_by_pairs() -> None:
     assert not list(broken_rules(Study.model_validate(study), RESERVED))
 
 
-@pytest.mark.parametrize("key", ["fracture.radii", "load_steps", "growth.increments"])
+@pytest.mark.parametrize("key", ["output.every", "growth.increments"])
 def test_equally_spaced_whole_numbers_may_be_counts(key: str, tmp_path: Path) -> None:
     text = STUDY.replace("material.E, linspace: [100e3, 200e3, 2]", f"{key}, linspace: [2, 8, 4]")
     replaced = "replace: {material.g_c: 1, growth: {control: load}}\nproduct:"
@@ -119,6 +119,46 @@ def test_equally_spaced_whole_numbers_may_be_counts(key: str, tmp_path: Path) ->
     found = [getattr(one.scene, first) for one in members]
     found = [getattr(value, second) if second else value for value in found]
     assert found == [2, 4, 6, 8] * 2
+
+
+@pytest.mark.parametrize("key", ["fracture.radii", "load_steps"])
+@pytest.mark.parametrize("kind", ["linspace", "geomspace"])
+def test_a_range_of_counts_or_lengths_is_refused(key: str, kind: str, tmp_path: Path) -> None:
+    """Lengths such as 10, 15, 20 mm would be read as numbers of domains."""
+    text = STUDY.replace("material.E, linspace: [100e3, 200e3, 2]", f"{key}, {kind}: [10, 20, 3]")
+    with pytest.raises(SceneError) as caught:
+        load_study(write_study(tmp_path, text))
+    (problem,) = caught.value.problems
+    assert (problem.key, problem.line) == ("product.E.key", 5)
+    assert problem.reason == (
+        f"{key} is a count or a list: for counts write them as values, such as [1, 2, 4]; for "
+        f"numbers of the list take {key}[0]"
+    )
+    counts = text.replace(f"{kind}: [10, 20, 3]", "values: [1, 2, 4]")
+    first, _, second = key.partition(".")
+    found = [getattr(one.scene, first) for one in load_study(write_study(tmp_path, counts)).members]
+    assert [getattr(value, second) if second else value for value in found] == [1, 2, 4] * 2
+    entry = text.replace(key, f'"{key}[0]"').replace(
+        "product:", "replace: {load_steps: [1.0], fracture.radii: [1]}\nproduct:"
+    )
+    entry = (
+        entry.replace("load_steps: [1.0], ", "")
+        if second
+        else entry.replace(", fracture.radii: [1]", "")
+    )
+    found = [getattr(one.scene, first) for one in load_study(write_study(tmp_path, entry)).members]
+    lengths = [getattr(value, second) if second else value for value in found]
+    middle = 15.0 if kind == "linspace" else pytest.approx(200**0.5)
+    assert lengths == [[10.0], [middle], [20.0]] * 2
+
+
+def test_draws_of_counts_or_lengths_are_refused(tmp_path: Path) -> None:
+    text = STUDY + (
+        "latin_hypercube:\n  samples: 2\n  parameters:\n"
+        "    R: {key: fracture.radii, distribution: uniform, arguments: {loc: 2, scale: 5}}\n"
+    )
+    with pytest.raises(SceneError, match=r"R\.key: fracture\.radii is a count or a list: for"):
+        load_study(write_study(tmp_path, text))
 
 
 def test_labels(tmp_path: Path) -> None:
@@ -293,7 +333,7 @@ def test_a_bad_member_is_named_with_file_line_and_key(tmp_path: Path) -> None:
 
 
 def test_mistakes_that_differ_in_their_numbers_are_told_once(tmp_path: Path) -> None:
-    """As by a distribution that reaches below zero."""
+    """Example: a distribution with values below zero."""
     told, _ = refused(tmp_path, STUDY.replace("[2, 4]", "[2, -3, -4.5e-3]"))
     assert told.key == "in 4 members, such as length=-3, E=100000: family.crack_length"
     assert told.reason.endswith("got -3")
@@ -328,7 +368,7 @@ def test_few_of_many_problems_are_told(tmp_path: Path) -> None:
 
 
 def test_a_part_of_a_list_is_told_at_its_parameter(tmp_path: Path) -> None:
-    """The rule is about the whole crack, whose other values stand in the base."""
+    """The rule concerns the whole crack, whose other values are in the base."""
     text = (
         FAILING.split("product:")[0]
         + 'product:\n  end: {key: "geometry.cracks[0].points[1][0]", values: [4, 14]}\n'

@@ -1,4 +1,4 @@
-"""Members in processes of their own: the same bits by any number of them, and none lost."""
+"""Members in worker processes: equal results for any number of workers, no lost member."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_steps_before_a_failure_are_kept(tmp_path: Path, monkeypatch) -> None:
 
 
 def killed(count: int) -> threading.Thread:
-    """Kill the processes that solve members, as many as said, as they come up."""
+    """Kill a given number of worker processes after their start."""
 
     def kill() -> None:
         seen: set[int] = set()

@@ -1,4 +1,4 @@
-"""Members on disk: what is written is read again, and nothing half is ever seen."""
+"""Members on disk: written data are read back, partial files are never read."""
 
 from __future__ import annotations
 

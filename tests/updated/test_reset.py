@@ -1,4 +1,4 @@
-"""The updated Lagrangian formulation: its algebra, its resets, and what it says about itself."""
+"""The updated Lagrangian formulation: equations, resets, warnings."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ BODY = ("reaction_x", "reaction_y", "displacement_y", "strain_energy", "external
 
 
 def run(scene: dict[str, Any], grid: str = "", **options: Any) -> state.Result:
-    """A scene with the grid reset, or without."""
+    """Run a scene with or without reset of the grid."""
     if grid:
         scene = {**scene, "formulation": "updated", "updated": {"grid": grid, **options}}
     return simulation.run(scene_from_dict(scene))
@@ -58,7 +58,7 @@ def compare(ours: state.Result, reference: state.Result, rtol: float) -> None:
 
 
 def test_the_spatial_form_of_the_paper_is_the_same() -> None:
-    """Paper eqs 9 to 13 with their misprints put right, on a grid reset at a state F_n.
+    """Paper eqs 9 to 13, misprints corrected, on a grid reset at a state F_n.
 
     f_I = sum sigma_ij dS_I/dx_j v and K_IiJk = sum dS_I/dx_j a_ijkl dS_J/dx_l v with
     a = D:L:B / (2 J) - sigma_il delta_jk, dS/dx_j = dS/dX~_i (dF^-1)_ij, dF = I + du/dX~ and the
@@ -149,7 +149,7 @@ def test_plastic_history_goes_on() -> None:
 
 
 def test_contact_after_a_reset_sees_where_the_faces_have_been() -> None:
-    """Pulled open, then pressed: the faces meet where they were closed in the beginning."""
+    """Tension, then compression: the faces close at their initial position."""
     scene = {**PLATE, "load_steps": [0.1, 0.05, -0.05]}
     reference, ours = run(scene), run(scene, "following", smooth_below=0.0)
     assert reference.history["contact_pairs"].values.tolist()[:2] == [0, 0]
@@ -172,7 +172,7 @@ def test_dead_load_and_body_force_on_a_following_grid() -> None:
 
 @pytest.mark.parametrize("integration", ["points", "domains"])
 def test_smoothing_keeps_volume_and_force(integration: str) -> None:
-    """Every reset costs accuracy, less by domains; on this coarse grid J 1.4 % and up to 6 %."""
+    """Each reset adds an error, smaller with domains; on this coarse grid J 1.4 % and up to 6 %."""
     reference = run(PLATE)
     ours = run(PLATE, "following", integration=integration, smooth_below=1.0)
     assert ours.history["grid_resets"].values.tolist() == [0, 1, 2, 3]
@@ -192,7 +192,7 @@ def test_smoothing_keeps_volume_and_force(integration: str) -> None:
 
 
 def test_volumes_that_are_averaged_are_judged_by_their_mean() -> None:
-    """One triangle of a pair may lose what the other gains, on a grid that follows well, too."""
+    """One triangle of a pair may lose the volume that the other gains, also on a good grid."""
     ends = [{"edge": "bottom", "displacement": {"y": -250}}]
     ends += [{"edge": "top", "displacement": {"y": 250}}]
     rubber = {"E": 3.0, "nu": 0.49, "law": "neo_hookean"}
@@ -203,7 +203,7 @@ def test_volumes_that_are_averaged_are_judged_by_their_mean() -> None:
 
 @pytest.mark.parametrize("nu", [0.3, 0.49])
 def test_first_step_on_a_fixed_grid_is_the_total_formulation(nu: float) -> None:
-    """But for the stiffness of supports between the nodes of the grid, 1e4 E."""
+    """Except for the stiffness of supports between the nodes of the grid, 1e4 E."""
     scene = {**PLATE, "load_steps": 1, "material": {**PLATE["material"], "nu": nu}}
     reference = run(scene)
     for options in ({}, {"integration": "domains"}, {"ghost": 0.1}):
@@ -211,7 +211,7 @@ def test_first_step_on_a_fixed_grid_is_the_total_formulation(nu: float) -> None:
 
 
 def test_first_step_on_a_fixed_grid_under_dead_load() -> None:
-    """No support but at two points, whose reactions are next to nothing."""
+    """Supports at two points only, with almost no reaction."""
     scene = {
         **PLATE,
         "mesh": {**PLATE["mesh"], "element": "T6"},
@@ -227,7 +227,7 @@ def test_first_step_on_a_fixed_grid_under_dead_load() -> None:
 
 
 def test_paper_mode_loses_its_stiffness_and_says_so() -> None:
-    """Findings of the study: no material fails here, the points leave their triangles."""
+    """Result of the design study: the material is stable, but points leave their triangles."""
     scene = {**PLATE, "load_steps": list(np.arange(0.15, 3.01, 0.15))}
     reference, paper = run(scene), run(scene, "fixed")
     assert reference.history.attrs["run_status"] == "solved"

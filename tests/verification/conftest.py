@@ -19,7 +19,7 @@ from cfmpm.scene.reading import scene_from_dict
 
 @dataclass
 class Solved:
-    """A solved grid and what its evaluation needs."""
+    """A solved grid and the data for its evaluation."""
 
     grid: Grid
     points: DeformedPoints

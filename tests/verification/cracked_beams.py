@@ -1,4 +1,4 @@
-"""Bent beams with cracks that close in part."""
+"""Beams in bending with cracks that close in part."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BEAMS = {
 
 
 def bent_beam(element, cracks):
-    """Held on the left, pushed down on the right: open above, closed below."""
+    """Clamped on the left, loaded downwards on the right: open above, closed below."""
     return {
         "geometry": {
             "outline": named_rectangle(100, 20),

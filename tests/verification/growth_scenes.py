@@ -1,7 +1,7 @@
-"""Random scenes with growing cracks, by seed, and what must hold in each of their states.
+"""Random scenes with growing cracks, by seed, and checks of each state.
 
 ``python tests/verification/growth_scenes.py 500`` runs the scenes of seeds 0 to 499 and prints what
-is violated; a second number is the first seed.
+violations; a second number is the first seed.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def crack_of(
 
 
 def loads_of(rng: np.random.Generator, outline: list[list[float]]) -> list[dict[str, Any]]:
-    """Pulled, pressed or sheared; clamped, gripped, on rollers or held by nothing at all."""
+    """Tension, compression or shear; clamped, gripped, on rollers or without supports."""
     n = len(outline)
     i = int(rng.integers(n))
     j = (i + int(rng.integers(1, n))) % n
@@ -122,7 +122,7 @@ def loads_of(rng: np.random.Generator, outline: list[list[float]]) -> list[dict[
 
 
 def config_of(rng: np.random.Generator) -> dict[str, Any]:
-    """A scene whose parts may not fit together."""
+    """A random scene, which may be invalid."""
     outline = outline_of(rng)
     body = shapely.Polygon(outline)
     holes = [
@@ -192,7 +192,7 @@ def _gentle(load: dict[str, Any], factor: float) -> dict[str, Any]:
 
 
 def scene_of(seed: int) -> Scene:
-    """The scene of a seed: the first that fits together of those it draws."""
+    """The scene of a seed: the first valid one that it draws."""
     rng = np.random.default_rng([20261128, seed])
     while True:
         try:
@@ -202,7 +202,7 @@ def scene_of(seed: int) -> Scene:
 
 
 class Watch:
-    """Collects what is violated in the states of a run."""
+    """Collects the violations in the states of a run."""
 
     def __init__(self) -> None:
         self.found: list[str] = []
@@ -217,7 +217,7 @@ class Watch:
         self.last = state
 
     def forces(self, state: State, record: Record) -> Iterator[str]:
-        """Loads and reactions as a history has them, and the weight, which it has not."""
+        """Equilibrium of loads and reactions of the history, and of the weight."""
         step = record.steps[-1]
         parts = np.column_stack([step.values[f"reaction_{axis}"] for axis in "xy"])
         weight = state.loading.proportional.own_weight.sum(axis=0) * step.load_factor
@@ -227,7 +227,7 @@ class Watch:
             yield f"loads and reactions miss each other by {resultant / largest:.1e}"
 
     def energy(self, state: State) -> Iterator[str]:
-        """Stored by the loads, and never more than that; released by growth, and never taken."""
+        """The stored energy does not exceed the work; growth releases energy."""
         now = state.balance
         error = FROM_NOTHING if state.body.patches is None else FROM_PATCHES
         stored = float(now.points.energy @ now.points.volume)
@@ -256,7 +256,7 @@ class Watch:
         self.potential = potential
 
     def tips(self, state: State, record: Record) -> Iterator[str]:
-        """An energy release rate is none below zero."""
+        """Energy release rates are not negative."""
         for name in ("G", "G_kink"):
             values = state.tips.get(name, np.zeros(0))
             if (values < 0.0).any():
@@ -264,7 +264,7 @@ class Watch:
 
 
 def overlaps(state: State, scale: float) -> Iterator[str]:
-    """Faces that lie in each other where no support presses them, at the load of the step."""
+    """Overlap of crack faces away from supports, at the load of the step."""
     grid, u = state.grid, state.displacement
     for crack in grid.crack_faces:
         turning = turning_of(grid, crack, u) if state.balance.finite else None
@@ -279,7 +279,7 @@ def overlaps(state: State, scale: float) -> Iterator[str]:
 
 
 def violations(seed: int) -> tuple[str, list[str]]:
-    """Run the scene of a seed; its ending, and what does not hold."""
+    """Run the scene of a seed; return its ending and the violations."""
     watch = Watch()
     try:
         ending = str(cfmpm.run(scene_of(seed), observe=watch).history.attrs["ending"])
@@ -291,7 +291,7 @@ def violations(seed: int) -> tuple[str, list[str]]:
 
 
 def main(count: int, first: int = 0) -> int:
-    """Run scenes, print what is violated, and return the number of scenes with violations."""
+    """Run scenes, print violations, and return the number of scenes with violations."""
     bad = 0
     endings: Counter[str] = Counter()
     for seed in range(first, first + count):

@@ -1,4 +1,4 @@
-"""Closed forms and one-dimensional solutions at large strain, with their sources.
+"""Closed-form and one-dimensional solutions at large strain, with their sources.
 
 Plane strain, per mm of thickness; energies per reference volume; names as in the package.
 """
@@ -17,7 +17,7 @@ def lame(E, nu):
 
 
 def confined_energy(law, E, nu, stretch):
-    """Energy of a body that is stretched along one axis and held along the others."""
+    """Energy of a body in confined (uniaxial strain) stretch."""
     lam, mu = lame(E, nu)
     log = np.log(stretch)
     if law == "hencky":
@@ -29,7 +29,7 @@ def confined_energy(law, E, nu, stretch):
 
 
 def confined_stress(law, E, nu, stretch):
-    """Nominal stress dW/dl of the same."""
+    """Nominal stress dW/dl of the confined stretch."""
     lam, mu = lame(E, nu)
     if law == "hencky":
         return (lam + 2 * mu) * np.log(stretch) / stretch
@@ -40,7 +40,7 @@ def confined_stress(law, E, nu, stretch):
 
 
 def confined_stretch(law, E, nu, stress):
-    """The stretch under a nominal stress, on the branch through one."""
+    """The confined stretch under a nominal stress, on the branch through l = 1."""
     lam, mu = lame(E, nu)
     if law == "hencky":
         # ln(l) / l = p is solved by Lambert's W.
@@ -52,7 +52,7 @@ def confined_stretch(law, E, nu, stress):
 
 
 def column_under_weight(law, E, nu, height, weight, y):
-    """Displacement at height y of a column on its foot, confined sideways, under its own weight.
+    """Displacement at height y of a laterally confined column under its own weight.
 
     Equilibrium P' = w (weight w per reference volume, downwards; P = 0 on top) with u' = l - 1
     gives du = (l - 1) P'(l) dl / w, whose integral is ((l - 1) P - W) / w.
@@ -85,7 +85,7 @@ def hencky_bar_stretch(E, nu, stress):
     """Stretch of a bar of Hencky's law with free sides under a dead nominal stress.
 
     tau = E' ln l with E' = E / (1 - nu^2), for the lateral stress vanishes at ln(l_lateral) =
-    -nu / (1 - nu) ln l; and tau = P l, for tau is J sigma. So ln(l) / l = P / E', of which the
+    -nu / (1 - nu) ln l; and tau = P l, for tau is J sigma. So ln(l) / l = P / E', whose
     largest value is 1/e, at l = e.
     """
     return float(np.exp(-lambertw(-stress * (1 - nu**2) / E).real))
@@ -97,7 +97,7 @@ def hencky_bar_limit(E, nu):
 
 
 def elastica(k):
-    """Cantilever with a dead force across its end: deflection and shortening over the length.
+    """Cantilever with a dead transverse end force: relative deflection and shortening.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def elastica(k):
     Returns
     -------
     deflection, shortening, slope : float
-        Over the length, and the slope of the end [rad].
+        Relative to the length, and the slope of the end [rad].
 
     Notes
     -----
@@ -129,13 +129,13 @@ def elastica(k):
 def cylinder_limit_pressure(inner, outer, yield_stress):
     """Limit pressure of a thick cylinder in plane strain, no hardening (von Mises).
 
-    2 sigma_y / sqrt(3) ln(b / a) with the radii as they are then (Hill 1950, ch. V).
+    2 sigma_y / sqrt(3) ln(b / a) with the current radii (Hill 1950, ch. V).
     """
     return 2 * yield_stress / np.sqrt(3) * np.log(outer / inner)
 
 
 def confined_plastic(E, nu, yield_stress, hardening, stretch):
-    """Kirchhoff stress along and across a confined stretch of J2 material, linear hardening.
+    """Axial and lateral Kirchhoff stress of a confined stretch, J2 with linear hardening.
 
     The logarithmic strain keeps its direction, so the small strain solution holds for it:
     tau = K ln l + 2/3 q along and K ln l - 1/3 q across, with q = 2 mu ln l at most q_y =

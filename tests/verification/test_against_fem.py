@@ -37,7 +37,7 @@ def edge_cracked_plate(element, loads=None, **more):
 
 
 def independent_system(grid, traction):
-    """The equations by scikit-fem on the same grid, and the degrees of freedom of each node."""
+    """The system of equations by scikit-fem on the same grid, and the unknowns of each node."""
     order = grid.elements.shape[1] // 3
     plate = Plate(
         grid.nodes[: grid.n_corners], grid.triangles, E, NU, (0.0, traction), (0.0, -traction)

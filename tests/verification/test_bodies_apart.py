@@ -1,8 +1,9 @@
-"""Bodies that come apart: what no support holds carries nothing but contact in balance."""
+"""Severed bodies: a free part carries only contact forces in equilibrium."""
 
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -36,7 +37,7 @@ def run(loads: Any, cracks: Any, outline: Any = SQUARE, **more: Any) -> Result:
 
 
 def resultant(history: Any) -> np.ndarray:
-    """Of all forces on the body over the largest, by step."""
+    """Resultant of all forces on the body, relative to the largest force, by step."""
     forces = np.stack([history.reaction_x.values, history.reaction_y.values], axis=-1)
     forces = forces[np.isfinite(forces).all(axis=(1, 2))]
     return np.abs(forces.sum(axis=1)).max(axis=1) / np.abs(forces).max(axis=(1, 2))
@@ -44,7 +45,7 @@ def resultant(history: Any) -> np.ndarray:
 
 @pytest.mark.parametrize("mesh", [{"element": "T6", "size": 1}, {"element": "T3", "size": 0.6}])
 def test_a_corner_that_a_crack_cuts_off_is_pushed_away(mesh: dict[str, Any]) -> None:
-    """Held at the top, pressed from below; the crack runs out of the left side."""
+    """Supported at the top, pressed from below; the crack grows out of the left side."""
     result = run(
         [
             {"edge": "edge_3", "displacement": {"x": 0, "y": 0}},
@@ -80,7 +81,7 @@ def test_a_corner_that_a_crack_cuts_off_is_pushed_away(mesh: dict[str, Any]) -> 
 
 
 def on_grid(mesh: Triangulation, element: str, loads: list[dict[str, Any]], kinematics: str):
-    """Solve on a grid that is in parts from the start, which no scene may be."""
+    """Solve on a grid in separate parts, which a scene cannot describe."""
     grid = build_grid(mesh, element)
     points = seed(grid)
     named = [Load.model_validate({"name": f"load_{i}", **load}) for i, load in enumerate(loads)]
@@ -92,7 +93,7 @@ def on_grid(mesh: Triangulation, element: str, loads: list[dict[str, Any]], kine
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_a_block_that_is_cut_out_all_around_carries_a_pressure(element) -> None:
-    """No crack is felt under hydrostatic pressure, and nothing holds the block but its faces."""
+    """Hydrostatic pressure passes through the cracks; only contact holds the block."""
     mesh = rectangle(6, 6, 6.0, 6.0)
     corner = np.array([[2, 2], [3, 2], [4, 2], [4, 3], [4, 4], [3, 4], [2, 4], [2, 3], [2, 2]])
     loop = corner[:, 0] * 7 + corner[:, 1]
@@ -116,7 +117,7 @@ def test_a_block_that_is_cut_out_all_around_carries_a_pressure(element) -> None:
 def test_a_half_that_nothing_holds_moves_on_with_the_one_that_is_driven(
     kinematics, element
 ) -> None:
-    """As a rigid body that is in nobody's way."""
+    """The free half moves as a rigid body."""
     loads = [{"edge": "bottom", "displacement": {"x": 0, "y": 0.2}}]
     mesh = rectangle(4, 4, 4.0, 4.0, crack=(2, 0, 4))
     problem, state = on_grid(mesh, element, loads, kinematics)
@@ -130,7 +131,7 @@ def test_a_half_that_nothing_holds_moves_on_with_the_one_that_is_driven(
 
 @pytest.mark.parametrize("mesh", [{"element": "T6", "size": 3}, {"element": "T3", "size": 2}])
 def test_halves_of_a_bent_beam_do_not_press_on_what_no_support_holds(mesh) -> None:
-    """A punch that is driven down: the right half rests on a roller, and slides away."""
+    """A punch moves down: the right half rests on a roller and slides away."""
     history = run(
         [
             {"point": [10, 0], "displacement": {"x": 0, "y": 0}},
@@ -153,7 +154,7 @@ def test_halves_of_a_bent_beam_do_not_press_on_what_no_support_holds(mesh) -> No
 
 @pytest.mark.parametrize("direction", ["cf", "max_hoop", "max_energy"])
 def test_tips_in_a_part_that_carries_nothing_have_no_values(direction) -> None:
-    """Not the round-off that is left of them: a grip moves its half away as a whole."""
+    """Values are nan instead of round-off: a grip moves its half away as a whole."""
     history = run(
         [
             {"edge": "edge_3", "displacement": {"x": 0, "y": 0.02}},
@@ -170,3 +171,57 @@ def test_tips_in_a_part_that_carries_nothing_have_no_values(direction) -> None:
     assert not np.abs(last.reaction_y).any()
     said = json.loads(history.attrs["warnings"])
     assert not any("crack_2" in text and "J and G" in text for text in said)
+
+
+def between_two_cracks(load: Any) -> Any:
+    """A plate that the longer crack cuts in two, while the other one has not grown."""
+    scene = {
+        "name": "cut",
+        "geometry": {
+            "outline": [[0, 0], [60, 0], [60, 60], [0, 60]],
+            "cracks": [
+                {"name": "lower", "points": [[0, 20], [25, 20]]},
+                {"name": "upper", "points": [[60, 40], [50, 40]]},
+            ],
+        },
+        "material": {"E": 210e3, "nu": 0.3, "g_c": 2.5},
+        "loads": [
+            {"edge": "edge_3", **load},
+            {"edge": "edge_1", "displacement": {"x": 0, "y": 0}},
+        ],
+        "mesh": {"element": "T3", "size": 4},
+        "growth": {"control": "crack", "increments": 2000, "tips": "largest"},
+    }
+    return scene_from_dict(scene)
+
+
+def statuses(history: Any) -> list[list[str]]:
+    """Of all tips, by step."""
+    names = history.tip_status.attrs["flag_meanings"].split()
+    return [[names[int(value)] for value in step] for step in history.tip_status.values]
+
+
+def test_an_ending_says_which_crack_has_cut_off_what() -> None:
+    """A tip in one of the parts is not counted as arrested."""
+    history = cfmpm.run(between_two_cracks({"traction": [0, 60]})).history
+    assert statuses(history)[-1] == ["arrived_boundary", "severed"]
+    assert "severed" not in {word for step in statuses(history)[:-1] for word in step}
+    found = re.fullmatch(
+        r"severed: the part of the body around \((.*), (.*)\) is severed, and no support holds it "
+        "against the loads; severed by lower",
+        history.attrs["ending"],
+    )
+    assert found is not None
+    x, y = map(float, found.groups())
+    assert 0 < x < 60
+    assert 20 < y < 60
+
+
+def test_tips_in_a_part_that_carries_nothing_stop() -> None:
+    """A body cut in two between its grips: values at remaining tips are round-off."""
+    pulled = between_two_cracks({"displacement": {"x": 0, "y": 0.02}})
+    history = cfmpm.run(pulled).history
+    assert history.attrs["ending"] == "stopped: no tip meets the criterion at any load"
+    assert statuses(history)[-1][0] == "arrived_boundary"
+    # The last state is that of the load of the one before: no load drives what is left.
+    assert history.load_factor.values[-1] == history.load_factor.values[-2] < 1e3

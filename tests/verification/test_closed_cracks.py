@@ -1,4 +1,4 @@
-"""Tips that are pressed shut: K of the exact solution on coarse grids, and no growth."""
+"""Closed tips: K of the exact solution on coarse grids, and no growth."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_pressure_from_all_sides_leaves_no_stress_intensity(crack, elements, ele
 @pytest.mark.parametrize("elements", [3, 5, 10])
 @pytest.mark.parametrize("crack", ["two tips", "edge"])
 def test_grips_that_press_leave_none_but_by_the_error_of_the_method(crack, elements, element):
-    """Uneven pressure: without symmetry of the grid K is zero by that of the plate."""
+    """Non-uniform pressure: K is zero by symmetry of the plate, without symmetry of the grid."""
     loads = [
         {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
         {"edge": "top", "displacement": {"x": 0, "y": -0.003}},
@@ -111,7 +111,7 @@ def test_grips_that_press_leave_none_but_by_the_error_of_the_method(crack, eleme
 @pytest.mark.parametrize("elements", [3, 5, 10, 40])
 @pytest.mark.parametrize("beta", [15, 45, 75])
 def test_inclined_cracks_are_sheared(beta, elements, element):
-    """K_II = p sin(b) cos(b) (pi a)^0.5 and K_I = 0 in an endless plate, b from the load."""
+    """K_II = p sin(b) cos(b) (pi a)^0.5 and K_I = 0 in an infinite plate, b from the load."""
     length = 4.0
     scene = scene_from_dict(
         {
@@ -145,9 +145,9 @@ def test_inclined_cracks_are_sheared(beta, elements, element):
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("angle", [30.0, 90.0, -60.0])
 def test_a_corner_bears_the_pressure_of_each_of_its_sides(angle, element):
-    """The pressure jumps from one side to the other: uniform stress passes through both.
+    """The normal traction differs on both sides of the corner under a uniform stress.
 
-    The stress is the one whose shear on both sides is zero.
+    The stress has no shear on either side.
     """
     turn = np.radians(angle)
     crack = kinked(angle)
@@ -176,7 +176,7 @@ def test_a_corner_bears_the_pressure_of_each_of_its_sides(angle, element):
     ],
 )
 def test_a_crack_that_is_pressed_shut_never_grows(growth, word, crack, element):
-    """At no load: the toughness is far below what round-off would have to beat."""
+    """At any load: g_c is far below any round-off of the driving force."""
     tough = 1.0 if growth["control"] != "load" else 1e-9
     more = {"fatigue": FATIGUE} if growth["control"] == "fatigue" else {}
     scene = pressed(CRACKS[crack], 6, element, along=P, g_c=tough, growth=growth, **more)
@@ -192,7 +192,7 @@ def test_a_crack_that_is_pressed_shut_never_grows(growth, word, crack, element):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_uneven_pressure_of_two_materials_does_not_make_it_grow(element):
-    """Symmetric about the crack: its shear is the error of the grid."""
+    """Symmetric about the crack: any shear is an error of the grid."""
     soft = {"E": 20e3, "nu": 0.3, "g_c": 1.0}
     corners = [[42, 0], [SIDE, 0], [SIDE, SIDE], [42, SIDE]]
     scene = pressed([[0.0, 30.0], [24.0, 30.0]], 6, element, growth={"control": "crack"})
@@ -222,7 +222,7 @@ def test_at_finite_deformation_it_does_not_grow_either(element):
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("load", [P, -P])
 def test_a_crack_along_the_stress_has_no_stress_intensity(load, element):
-    """Open, neither pulled nor sheared: the T-stress alone must not make it run."""
+    """Open, without tension and shear: the T-stress alone must not cause growth."""
     growth = {"control": "crack"}
     scene = pressed([[30.0, 20.0], [30.0, 40.0]], 8, element, across=load, growth=growth)
     history = cfmpm.run(scene).history
@@ -247,7 +247,7 @@ def sheared_by(x, y, shear):
 @pytest.mark.parametrize("x", [1e3, 1e5])
 @pytest.mark.parametrize(("y", "shear", "mode"), [(1.0, 0.0, "K_I"), (-1.0, 1.0, "K_II")])
 def test_stress_along_the_crack_takes_no_stress_intensity_away(y, shear, mode, x, element):
-    """However large it is: K is that of the stress across the crack and of the shear alone."""
+    """K depends on the normal and shear stress of the crack only, for any T-stress."""
     crack = CRACKS["two tips"]
 
     def solved(along):
@@ -264,7 +264,7 @@ def test_stress_along_the_crack_takes_no_stress_intensity_away(y, shear, mode, x
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_a_sheared_tip_under_high_pressure_grows_at_finite_deformation(element):
-    """J is far above the toughness, and above the error of what the shear makes."""
+    """J is far above g_c and above the error of the shear."""
     growth = {"control": "load", "criterion": "cf_norm", "direction": "cf", "increments": 1}
     scene = pressed(
         CRACKS["two tips"],
@@ -283,7 +283,7 @@ def test_a_sheared_tip_under_high_pressure_grows_at_finite_deformation(element):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_the_first_segment_of_a_wing_is_open(element):
-    """On a closed crack that is sheared: the faces behind the kink do not shut the tip."""
+    """On a closed sheared crack: contact behind the kink does not close the tip."""
     scene = pressed(
         [[23.0, 23.0], [37.0, 37.0]], 20, element, growth={"control": "crack", "increments": 1}
     )
@@ -300,11 +300,11 @@ def test_the_first_segment_of_a_wing_is_open(element):
 
 
 class TestJAndG:
-    """Where they differ the result says so, first of all; and what it advises helps."""
+    """A difference gives the first warning of the result, and its action helps."""
 
     @staticmethod
     def result(elements):
-        """T3 along a sheared closed crack."""
+        """Result of T3 for a sheared closed crack."""
         crack = [[25.0, 25.0], [35.0, 35.0]]
         return cfmpm.run(
             pressed(

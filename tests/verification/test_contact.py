@@ -1,4 +1,4 @@
-"""Crack faces that are pressed together: exact states, complementarity, energy, intensity."""
+"""Contact of crack faces: exact states, complementarity, energy, stress intensity."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MODULUS = 70e3 / (1 - 0.33**2)
 
 @dataclass
 class Solved:
-    """A body in balance, and what its evaluation needs."""
+    """A solved body and the data for its evaluation."""
 
     body: bodies.Body
     gradients: np.ndarray
@@ -57,7 +57,7 @@ class Solved:
         return np.concatenate(gap), np.concatenate(force)
 
     def linear(self) -> round_off.LinearBody:
-        """What its sums come to before their terms cancel."""
+        """Round-off bounds of its sums."""
         grid, points, u = self.body.grid, self.body.integration, self.balance.displacement
         modulus = round_off.stiffest(MATERIAL["E"], MATERIAL["nu"])
         return round_off.LinearBody(grid, points, self.gradients, u, modulus)
@@ -88,7 +88,7 @@ def solve(scene: dict, solver: str = "superlu") -> Solved:
 
 
 def assert_complementary(solved: Solved) -> None:
-    """No overlap, no pull, no force where open; and the loads do the work that is stored."""
+    """Check: no overlap, no tension, no force at open pairs; the work is the stored energy."""
     gap, force = solved.pressed()
     u, loading = solved.balance.displacement, solved.body.loading
     largest = np.abs(u).max()
@@ -127,9 +127,9 @@ def inclined(element, angle):
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("beta", [30, 45, 60, -30, -45, -60])
 def test_inclined_crack_under_compression(element, beta):
-    """Closed without friction: K_I = 0, K_II = sigma sin(beta) cos(beta) sqrt(pi a), endless plate.
+    """Frictionless: K_I = 0, K_II = sigma sin(beta) cos(beta) sqrt(pi a), infinite plate.
 
-    beta is the angle between crack and load; the plate of 20 crack lengths adds 0.2 %.
+    beta is the angle between crack and load; the finite plate of 20 crack lengths adds 0.2 %.
     """
     solved = solve(inclined(element, np.sign(beta) * 90 - beta))
     exact = -10 * np.sin(np.radians(beta)) * np.cos(np.radians(beta)) * np.sqrt(5 * np.pi)
@@ -150,7 +150,7 @@ def test_inclined_crack_under_compression(element, beta):
 
 
 def test_pressure_belongs_in_the_interaction_integral():
-    """Without the work of the pressure K_I depends on the radius, and is as large as K_II."""
+    """Without the work of the pressure, K_I depends on the radius and is as large as K_II."""
     solved = solve(inclined("T6", 45))
     tip = solved.body.grid.tips[0]
     wrong = []
@@ -170,7 +170,7 @@ def test_pressure_belongs_in_the_interaction_integral():
 
 
 def edge_crack(traction, element="T6", crack=((0, 27), (30, 27)), side=0.0):
-    """Uniform stress but for the crack: `traction` on top, `side` across it."""
+    """Edge crack under `traction` on top and `side` on the lateral edges."""
     return {
         "geometry": {
             "outline": named_rectangle(60, 50),
@@ -203,7 +203,7 @@ def test_uniform_pressure_passes_through_closed_faces(element):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
-    """The normal of a pair at a bend is that in which pressure acts: exact, bends included."""
+    """The normal of a pair at a bend is the direction of the pressure: exact at bends, too."""
     crack = [(0, 20), (17, 27), (30, 22), (38, 31)]
     solved = solve(edge_crack([0, -10.0], element, crack, side=-10.0))
     stress = solved.balance.points.stress
@@ -215,7 +215,7 @@ def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
 @pytest.mark.parametrize("element", ["T3", "T6", T10], ids=["T3", "T6", "T10"])
 @pytest.mark.parametrize("last", [5, 3], ids=["crossing", "meeting"])
 def test_pressure_passes_through_joined_cracks(element, last):
-    """Where cracks cross, or one ends on another, three or four nodes lie in one place."""
+    """Where cracks cross or meet, three or four nodes coincide."""
     mesh = rectangle(8, 6, shake=0.3, crack=(3, 1, 7))
     line = 4 * 7 + np.arange(last, 0, -1)
     mesh = replace(mesh, cracks={**mesh.cracks, "crack_2": np.column_stack([line[:-1], line[1:]])})
@@ -300,7 +300,7 @@ def test_contact_stiffens_and_lowers_what_the_closed_end_releases(monkeypatch):
 
 @pytest.mark.parametrize("solver", ["superlu", "amg"])
 def test_solution_grows_with_the_load(solver):
-    """Twice the load, twice the solution, bit by bit; the reverse load is another problem."""
+    """Twice the load gives exactly twice the solution; the reversed load is another problem."""
     once = solve(edge_crack([3.0, -10.0]), solver)
     twice = solve(edge_crack([6.0, -20.0]), solver)
     assert once.balance.contact_pairs > 0
@@ -321,7 +321,7 @@ def test_solution_grows_with_the_load(solver):
 
 
 def test_faces_may_lie_on_supports():
-    """At the mouth both faces are held along the normal; there the supports decide."""
+    """At the mouth both faces are supported along the normal: no contact there."""
     scene = edge_crack([0, -10.0])
     scene["loads"] = [
         {"edge": "left", "displacement": {"x": 0, "y": 0}},

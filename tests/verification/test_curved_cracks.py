@@ -1,4 +1,4 @@
-"""Cracks that bend little by little: against the exact arc, from geometry and from mesh files."""
+"""Curved cracks made of short segments: against the exact arc, from geometry and mesh files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def arc(half_angle: float, count: int) -> np.ndarray:
 
 
 def exact(half_angle: float) -> tuple[float, float]:
-    """K_I and |K_II| of an arc in a sheet under equal tension from all sides.
+    """K_I and |K_II| of an arc in a sheet under equibiaxial tension.
 
     Cotterell and Rice (1980, Int. J. Fracture 16, 155-169), after Muskhelishvili.
     """
@@ -50,7 +50,7 @@ def as_geometry(half_angle: float, count: int) -> dict:
 
 
 def as_mesh_file(path, half_angle: float, size: float, version: float = 4.1) -> dict:
-    """An arc of gmsh, which puts its nodes there by itself."""
+    """An arc meshed by gmsh, with its nodes on the arc."""
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.option.setNumber("Mesh.MshFileVersion", version)
@@ -101,7 +101,7 @@ def test_the_arc_of_a_mesh_file(tmp_path, element, allowed):
 
 
 def test_rings_along_the_bends_agree(tmp_path):
-    """From six elements to half of the arc: K, G and J depend neither on bends nor on radii."""
+    """Rings from six elements to half of the arc: K, G, J do not depend on bends and radii."""
     body = as_mesh_file(tmp_path / "a.msh", 45, 0.2)
     history = run(scene_from_dict(scene(body, fracture={"radii": [1.2, 2.0, 4.0, 7.0]}))).history
     np.testing.assert_array_equal(history.domain_radius[0], [[1.2, 2.0, 4.0, 7.0]] * 2)
@@ -114,7 +114,7 @@ def test_rings_along_the_bends_agree(tmp_path):
 
 
 def test_growth_and_finite_deformation_see_the_same_arc(tmp_path):
-    """At rest, at the first step of growth, and at finite deformation under a small load."""
+    """Equal results: stationary, first step of growth, finite deformation at a small load."""
     body = as_mesh_file(tmp_path / "a.msh", 30, 0.15)
     steel = {"material": {"E": 210e3, "nu": 0.3, "g_c": 1e9}}
     rest, growth, finite = (
@@ -132,7 +132,7 @@ def test_growth_and_finite_deformation_see_the_same_arc(tmp_path):
 
 
 def test_the_spline_of_an_edge_crack(tmp_path):
-    """G from the energies of a FEM with quadratic triangles on a fine grid, and its K_II."""
+    """G from energies of a FEM with quadratic triangles on a fine grid, and its K_II."""
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     cad = gmsh.model.geo
@@ -161,7 +161,7 @@ def test_the_spline_of_an_edge_crack(tmp_path):
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
 def test_closed_faces_that_slide_along_the_arc(tmp_path, kinematics):
-    """Pressed from all sides and sheared: J of all rings is that of K_II."""
+    """Pressure and shear: J of all rings is K_II^2 / E'."""
     body = as_mesh_file(tmp_path / "a.msh", 45, 0.2)
     shear, press = 3.0, STRESS
     loads = [

@@ -1,4 +1,4 @@
-"""Energy: what a domain says is released is what the body loses when its crack is longer."""
+"""Energy: the release rate of a domain is the loss of potential energy of the body."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def plate(length, loads, mesh=GRADED, **more):
 
 
 def linear(result):
-    """What the sums over a plate come to before their terms cancel."""
+    """Round-off bounds of the sums over a plate."""
     return round_off.LinearBody.of(result, round_off.stiffest(1000.0, 0.25))
 
 
@@ -125,7 +125,7 @@ def test_disc_sum_is_the_domain_integral_of_its_plateau(element):
 
 
 def test_a_free_body_is_held_without_being_touched():
-    """Other supports in place of the program's own: same stress, no force in them."""
+    """Other statically determinate supports give the same stress and no reaction."""
     balanced = [
         {"edge": "top", "traction": [0, 1.0]},
         {"edge": "bottom", "traction": [0, -1.0]},
@@ -185,7 +185,7 @@ CORNERS = {
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("kind", CORNERS)
 def test_each_force_belongs_to_one_part(kind, element):
-    """Parts that share nodes: what a load applies is its own, and all parts are in balance."""
+    """Parts with common nodes: each load keeps its own force; all forces balance."""
     loads = CORNERS[kind]
     mesh = {"element": element, "size": 10, "grading": "uniform"}
     result = plate(40, loads, mesh)

@@ -1,4 +1,4 @@
-"""Energy of growing cracks: where the work of the loads goes."""
+"""Energy balance of growing cracks."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def grow(name, **overrides):
     [("plate_two_holes", 0.5, 1000.0), ("edge_crack_growth", 39.35, 200.0)],
 )
 def test_a_load_that_is_held_gives_more_than_the_toughness_takes(scene, size, toughness):
-    """What is neither stored nor g_c times new length is the sum of (J - g_c) da, to 0.4 %.
+    """Work not stored and not spent as g_c da is the sum of (J - g_c) da, to 0.4 %.
 
-    The cracks run at G > g_c: a real one would turn the surplus into motion. At g_c of a third of
-    G and more both terms count; at g_c = 1 N/mm the surplus is all there is.
+    The cracks grow at G > g_c; the surplus would become kinetic energy. At g_c of a third of
+    G and more both terms matter; at g_c = 1 N/mm the surplus dominates.
     """
     history = grow(scene, mesh__size=size, material__g_c=toughness)
     new = np.hypot(history.tip_x.diff("step"), history.tip_y.diff("step")).values
@@ -45,10 +45,10 @@ def test_a_load_that_is_held_gives_more_than_the_toughness_takes(scene, size, to
 
 
 def test_nothing_is_lost_on_the_equilibrium_path_but_where_a_crack_breaks_through():
-    """Two holes under crack control: within 0.5 % from end to end, but for the jumps.
+    """Two holes under crack control: balance within 0.5 % except for the jumps.
 
-    As the first crack arrives the last ligament breaks by itself, at held grips, and the load has
-    to rise before the other crack runs. What is set free then is stated, to the last digit.
+    When the first crack arrives, the last ligament breaks at fixed grips, and the load has
+    to rise before the other crack grows. The energy released there is stated exactly.
     """
     history = grow("plate_two_holes", growth__control="crack")
     stored, spent, load = (

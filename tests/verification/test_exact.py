@@ -1,4 +1,4 @@
-"""Answers that are known exactly: patch test, rigid motion, symmetry, balance."""
+"""Exact solutions: patch test, rigid motion, symmetry, equilibrium."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def solve_with_boundary_displacement(grid, field, materials=MATERIALS):
 
 
 def check_solution(grid, exact):
-    """Solve for a linear field from its boundary; return what error its stress may have, too."""
+    """Solve for a linear field from its boundary; also return the round-off of its stress."""
     points, gradients, balance, stiffness = solve_with_boundary_displacement(grid, exact)
     error = round_off.of_solution(stiffness, exact)
     np.testing.assert_allclose(balance.displacement, exact, rtol=0, atol=error)
@@ -41,7 +41,7 @@ def check_solution(grid, exact):
 @settings(max_examples=25)
 @given(shake=st.floats(0, 0.45), seed_=st.integers(0, 999))
 def test_patch_test_on_any_grid(element, shake, seed_):
-    """A linear displacement is reproduced on any distorted grid, with its uniform stress."""
+    """A linear displacement and its uniform stress are reproduced on any distorted grid."""
     grid = build_grid(rectangle(6, 5, 2.0, 1.0, shake=shake, seed=seed_), element)
     h = np.array([[0.3, -0.2], [0.5, 0.1]])
     exact = grid.nodes @ h.T + 0.7
@@ -66,7 +66,7 @@ def test_patch_test_on_any_grid(element, shake, seed_):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_quadratic_displacement_is_exact_for_t6_with_body_force(element):
-    """T6 holds quadratic fields; the body force that balances one is integrated exactly."""
+    """T6 contains quadratic fields, and integrates their body force exactly."""
     grid = build_grid(rectangle(4, 4, shake=0.5, seed=3), element)
     problem = pose(grid, unloaded(grid), MATERIALS)
     lam, mu = LAM, MU
@@ -104,7 +104,7 @@ def test_small_rigid_motion_leaves_a_cracked_body_free_of_stress(element):
 
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_configurational_forces_of_a_body_add_up_to_its_boundary(element):
-    """Rows of dS/dX add up to zero, hence so do the nodal forces."""
+    """The gradients of the basis functions sum to zero, and so do the nodal forces."""
     grid = build_grid(rectangle(6, 6, shake=0.3, crack=(3, 0, 3)), element)
     x, y = grid.nodes.T
     points, gradients, *_ = solve_with_boundary_displacement(

@@ -1,4 +1,4 @@
-"""A fixed part of the loads besides the proportional one: by superposition, on the same grid."""
+"""Fixed loads besides proportional ones: superposition on the same grid."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OF_BODY = ("strain_energy", "reaction_x", "reaction_y", "displacement_x", "displ
 
 
 def plate(fixed: float = 1.0, factor: float = 1.0, **changes: Any) -> dict[str, Any]:
-    """A plate with a slanted edge crack: its weight, a traction and a grip, and a pull."""
+    """A plate with an inclined edge crack: weight, traction, grip, and tension."""
     scene: dict[str, Any] = {
         "name": "plate",
         "geometry": {
@@ -52,14 +52,14 @@ def plate(fixed: float = 1.0, factor: float = 1.0, **changes: Any) -> dict[str, 
 
 
 def run(scene: dict[str, Any], fixed: tuple[str, ...] = ()) -> Result:
-    """Run a scene some loads of which act in full at every load factor."""
+    """Run a scene in which some loads are fixed, independent of the load factor."""
     full = scene_from_dict(scene)
     stage = steps.begin(full, fixed)
     return simulation.run(full, start=Start(stage, Record.of(full, stage)))
 
 
 def assert_close(found: Any, expected: Any, rtol: float, name: str = "") -> None:
-    """Relative to the largest value."""
+    """Compare relative to the largest value."""
     found, expected = np.asarray(found), np.asarray(expected)
     atol = rtol * np.nanmax(np.abs(expected))
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol, err_msg=name)
@@ -87,7 +87,7 @@ def test_superposition(element: str) -> None:
 
 
 def test_contact_is_that_of_the_state_itself() -> None:
-    """Pressed fixed, pulled in proportion: closed, then open, as in one load case."""
+    """Fixed pressure and proportional tension: closed, then open, as in one load case."""
     press, pull = [0.0, -8.0], [0.0, 6.0]
     loads = [plate()["loads"][0], {"name": "press", "edge": "top", "traction": press}]
     pulled = {"name": "pull", "edge": "top", "traction": pull}
@@ -116,7 +116,7 @@ def test_a_fixed_part_of_zero_is_none(growth: Any) -> None:
 
 @pytest.mark.parametrize("sheared", [0.0, 30.0])
 def test_critical_load_factor(sheared: float) -> None:
-    """Against scenes of one load case, bisected; K_II / K_I changes with the factor."""
+    """Against bisection of scenes of one load case; K_II / K_I changes with the factor."""
 
     def scene(factor: float) -> dict[str, Any]:
         made = plate(fixed=1.5, factor=factor)
@@ -139,9 +139,9 @@ def test_critical_load_factor(sheared: float) -> None:
 
 @pytest.mark.parametrize(("fixed", "g_c"), [(-1.0, 1e-4), (20.0, 1e-2)], ids=["driven", "pressed"])
 def test_no_load_factor_where_there_is_none(fixed: float, g_c: float) -> None:
-    """The fixed loads alone drive the crack; or they close it, and faces press where it would run.
+    """The fixed loads alone reach g_c; or they close the crack at the critical factor.
 
-    For all that the load at which the second is solved is one that opens it.
+    In the second case the load of the solve opens the crack.
     """
     material = {"E": 1e4, "nu": 0.3, "g_c": g_c}
     history = run(plate(fixed=fixed, material=material, load_steps=[30.0]), FIXED).history
@@ -165,9 +165,9 @@ CRITERIA = [("energy_release_rate", "max_hoop"), ("cf_norm", "cf")]
 
 @pytest.mark.parametrize(("criterion", "direction"), CRITERIA)
 def test_crack_control(criterion: str, direction: str) -> None:
-    """At each step the driving force is g_c, and energy is lost no more than without fixed loads.
+    """The driving force is g_c in each step; energy is balanced as without fixed loads.
 
-    The fixed loads are some of those of a scene in which all are proportional.
+    The fixed loads are a part of the loads of a scene in which all are proportional.
     """
     growth = {
         "control": "crack",
@@ -193,7 +193,7 @@ def test_crack_control(criterion: str, direction: str) -> None:
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("tip", [10, 12, 14])
 def test_a_tip_that_one_part_does_not_load_is_driven_by_the_other(tip: int, element: str) -> None:
-    """On the border of two materials, where G is J: by stress along the crack J is round-off."""
+    """On an interface, where G is J: J of a stress along the crack is round-off."""
     beyond = [[tip, 0], [40, 0], [40, 60], [tip, 60]]
     same = {"E": 1e4, "nu": 0.3, "g_c": 0.3}
     scene = plate(
@@ -220,7 +220,7 @@ def test_a_tip_that_one_part_does_not_load_is_driven_by_the_other(tip: int, elem
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("along", [5.0, 50.0])
 def test_fixed_stress_along_the_crack_stops_no_growth(along: float, element: str) -> None:
-    """It has no K but by quadrature, and K of the whole is still the sum of those of the parts."""
+    """Its K is an error of quadrature only; K of all loads is the sum of the parts."""
     scene = plate(
         geometry={
             "outline": named_rectangle(40, 60),
@@ -280,7 +280,7 @@ def test_a_run_that_was_broken_off_goes_on_with_its_fixed_loads(tmp_path: Path) 
 
 
 class TestFatigue:
-    """The range of a cycle is that of the proportional loads, beside the fixed ones."""
+    """The range of a cycle is that of the proportional loads."""
 
     def history(self, ratio: float, names: tuple[str, ...], **changes: Any) -> Any:
         scene = plate(
@@ -291,7 +291,7 @@ class TestFatigue:
         return run(scene, names).history
 
     def factors(self, factor: float, names: tuple[str, ...], **changes: Any) -> tuple[float, float]:
-        """K_I and K_II of the same crack under a load that is held; it does not run."""
+        """K_I and K_II of the same crack without growth."""
         tough = {"E": 1e4, "nu": 0.3, "g_c": 1e3}
         scene = plate(load_steps=[factor], growth={"control": "load"}, material=tough, **changes)
         found = run(scene, names).history
@@ -331,7 +331,7 @@ class TestFatigue:
 
 
 class TestFiniteDeformation:
-    """Fixed loads act from the start, before the others."""
+    """Fixed loads act first."""
 
     SOFT: ClassVar = {
         "kinematics": "finite",

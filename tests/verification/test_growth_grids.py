@@ -1,4 +1,4 @@
-"""The grid that a growing crack has by default: K along its whole path."""
+"""Default grid of a growing crack: K along the whole path."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ SCENES = {
 
 @pytest.mark.parametrize("name", SCENES)
 def test_stress_intensity_along_the_whole_path(name):
-    """Within 1.5 % of the handbook up to 0.7 of the width, with nothing said about the grid."""
+    """Within 1.5 % of the handbook up to 0.7 of the width, with default grids."""
     family, handbook, end = SCENES[name]
     scene = {
         "name": name,

@@ -1,4 +1,4 @@
-"""Cracks that run from one material into another, into points of loads, and to the edge."""
+"""Cracks that grow into another material, into loaded points, and to the edge."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cfmpm.scene import scene_from_dict
 
 
 def layered(stiff=1.0, **changes) -> dict[str, Any]:
-    """An edge crack that runs into another material at x = 12."""
+    """An edge crack that grows into another material at x = 12 mm."""
     return {
         "name": "layered",
         "geometry": {
@@ -95,7 +95,7 @@ def test_a_crack_that_meets_a_point_load_ends():
 
 
 def test_the_last_ligament_is_told_apart():
-    """Two edge cracks, of which the first breaks through a hole: that step is a jump."""
+    """Two edge cracks; the first arrives at a hole: this step is a jump."""
     scene = layered()
     scene["geometry"]["regions"] = []
     scene["geometry"]["holes"] = [{"name": "hole", "circle": {"centre": [11, 20], "radius": 2}}]

@@ -1,4 +1,4 @@
-"""Growing cracks against paths and loads that are known otherwise (paper sections 5.2 to 5.5)."""
+"""Growing cracks against known paths and loads (paper sections 5.2 to 5.5)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def places(history, tip=0):
 
 
 def angles(path):
-    """Of the segments, from the x axis [deg]."""
+    """Angles of the segments from the x axis [deg]."""
     d = np.diff(path, axis=0)
     return np.degrees(np.arctan2(d[:, 1], d[:, 0]))
 
@@ -66,9 +66,9 @@ def test_edge_crack_runs_straight_across(size, largest, transfer):
 
 @pytest.mark.parametrize(("size", "largest", "mean"), [(39.35, 3.4, 0.9), (21.3, 1.2, 0.3)])
 def test_edge_crack_by_hoop_stress(size, largest, mean):
-    """The largest hoop stress feels the grid more; on 790 points more than the paper's CF.
+    """max_hoop depends on the grid more than the paper's CF on a grid of 790 points.
 
-    There segments zigzag by 1.2 degrees, and the last one, 19 mm long, runs into a node of the edge
+    There segments alternate by 1.2 degrees; the last one (19 mm) deviates to a node of the edge
     by 3.3.
     """
     history = grow("edge_crack_growth", mesh__size=size, growth__direction="max_hoop")
@@ -93,7 +93,7 @@ def test_energy_release_rate_at_fixed_grips():
 
 
 def test_edge_crack_follows_its_equilibrium_path_through_snap_back():
-    """Under grips G first rises as the crack grows, so that the grips have to be taken back."""
+    """Under grips G first increases with the crack, so that the displacement decreases."""
     history = grow(
         "edge_crack_growth", mesh={**UNIFORM, "size": 39.35}, growth={"control": "crack"}
     )
@@ -127,10 +127,10 @@ def test_shear_plate_converges_to_the_path_of_small_increments():
 
 
 def test_the_default_direction_depends_on_no_domain_and_converges():
-    """Paper 5.3, kink of -14.68 deg: K gives it on every ring; the CF turns with the radius.
+    """Paper 5.3, kink of -14.68 deg: K gives it for every ring; CF depends on the radius.
 
-    Its part along the normal holds what the faces let in, which grows with the root of the radius
-    (design study): on grids on which the domain is as many elements wide it does not converge.
+    Its normal component contains a term of the crack faces, which grows with the root of the radius
+    (design study): with a domain of a fixed number of elements it does not converge.
     """
     rings = cfmpm.run(
         cfmpm.load_scene(CONFIGS / "paper/shear_plate.yaml", {"fracture.radii": [3, 6, 12, 24]})
@@ -153,7 +153,7 @@ def test_the_default_direction_depends_on_no_domain_and_converges():
 
 @pytest.mark.parametrize(("order", "allowed"), [(1, 0.3), (2, 0.15)])
 def test_shear_plate_on_the_grid_of_the_paper(order, allowed):
-    """About 3400 points: the tangent lags by half a segment, which the secant does not."""
+    """About 3400 points: the tangent lags by half a segment, the secant does not."""
     history = grow("shear_plate_growth", growth__order=order)
     assert 3300 < history.n_points[0] < 3600
     missed = heights(places(history), [40, 50, 60]) - 80.0 + [1.370, 3.864, 5.555]
@@ -229,7 +229,7 @@ def test_double_cantilever_beam():
 
     K_I = 2 sqrt(3) P (a + 0.6728 h) / h^1.5 (Fichter 1983, Int. J. Fract. 22, 133-143), so that
     P = sqrt(g_c E' h^3 / 12) / (a + 0.6728 h) and opening = 8 P (a + 0.6728 h)^3 / (E' h^3);
-    pressing the arms makes them thicker besides.
+    the axial compression of the arms also makes them thicker.
     """
     history = grow("double_cantilever_beam", "examples")
     E, nu, h, pressed = 70e3, 0.33, 10.0, 1.5

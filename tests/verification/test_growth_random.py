@@ -1,4 +1,4 @@
-"""Whatever the body, its cracks and loads: cracks grow to a stated end, and nothing is lost."""
+"""Random bodies, cracks and loads: growth ends with a stated reason, no energy is lost."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def walk(start: Any, angle: float, length: float) -> list[float]:
 
 @st.composite
 def places(draw: st.DrawFn, body: shapely.Polygon) -> list[float]:
-    """A point in a body."""
+    """A random point of a body."""
     x_low, y_low, x_high, y_high = body.bounds
     at = [x_low + draw(fractions) * (x_high - x_low), y_low + draw(fractions) * (y_high - y_low)]
     if body.contains(shapely.Point(at)):
@@ -79,7 +79,7 @@ def cracks(draw: st.DrawFn, outline: list[list[float]], holes: list[Any]) -> lis
 
 @st.composite
 def supports_and_loads(draw: st.DrawFn, outline: list[list[float]]) -> list[dict[str, Any]]:
-    """One side clamped; another one held, pulled or pushed, or forces at points."""
+    """One side clamped; another one supported or loaded, or forces at points."""
     n = len(outline)
     i = draw(st.integers(0, n - 1))
     j = (i + draw(st.integers(1, n - 1))) % n
@@ -113,7 +113,7 @@ def supports_and_loads(draw: st.DrawFn, outline: list[list[float]]) -> list[dict
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """A scene whose cracks run; drawn again where its parts do not fit together."""
+    """A scene with growth; drawn again if it is invalid."""
     outline = draw(outlines())
     body = shapely.Polygon(outline)
     holes = [
@@ -253,7 +253,7 @@ def test_cracks_of_random_scenes_grow_to_a_stated_end(scene: Scene) -> None:
     st.sampled_from([-300.0, -30.0, -1.0, 1.0, 30.0, 300.0]),
 )
 def test_random_scenes_deform_through_stable_states_only(scene: Scene, law: str, factor: float):
-    """Up to a tenth and more of strain, pulled and pressed: no overlap, no nan, a stated end."""
+    """Strains to 10 % and more, tension and compression: no overlap, no nan, a stated end."""
     config = effective_config(scene)
     del config["growth"], config["fracture"]
     for material in (config["material"], *(r["material"] for r in config["geometry"]["regions"])):

@@ -1,4 +1,4 @@
-"""Whatever the scene: loads balance reactions, no energy appears, G >= 0, faces do not overlap."""
+"""Random scenes: equilibrium, no energy gain, G >= 0, no overlap of crack faces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_a_random_scene_violates_nothing(seed: int) -> None:
 
 
 def test_a_part_that_is_pinned_in_space_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As the holds of a part that is cut off would be if contact could press on them."""
+    """Check of the check: a free part with a support force is reported."""
 
     def pinned(gap, slack, push, parting, factor):
         pressed = contact.Flexibility(push, factor).complementary_force(gap, slack)

@@ -1,4 +1,4 @@
-"""Kinked cracks, open and pressed shut: against the theory of kinks, and wings as they grow."""
+"""Kinked cracks, open and closed, against the theory of kinks; growing wing cracks."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def kinked(traction, kink, wing, *, T3=False):
 
 @pytest.mark.parametrize(("traction", "kink"), [(10, -30.0), (10, -53.0), (-10, 70.5)])
 def test_a_ring_may_hold_the_kink(traction, kink):
-    """K and T do not depend on it, though 0.8 of the wing is free of it and five times is not."""
+    """K and T are equal for rings of 0.8 and of 5 times the wing length."""
     history = cfmpm.run(kinked(traction, kink, 1.0)).history
     found = {name: history[f"{name}_radius"].values[0] for name in ("K_I", "K_II", "T_stress")}
     np.testing.assert_allclose(found["K_I"], found["K_I"][:, :1] * np.ones(3), rtol=3e-4)
@@ -71,10 +71,10 @@ def test_rings_hold_the_kink_on_linear_triangles_too():
 
 @pytest.mark.parametrize(("traction", "kink", "allowed"), [(10, -30.0, 0.01), (-10, 70.5, 0.03)])
 def test_short_wings_have_the_factors_of_the_kink(traction, kink, allowed):
-    """Amestoy and Leblond (1992): K = F K0, and on from there as the root of the length.
+    """Amestoy and Leblond (1992): K = F K0, plus a term with the root of the length.
 
-    Pressed shut and without friction K0 is pure shear, -sigma sin cos (pi c)^0.5; their crack is
-    open, so that what its closed faces do to each other beside the kink is not in their factors.
+    Closed without friction, K0 is pure shear, -sigma sin cos (pi c)^0.5; their crack is
+    open, so that their factors do not contain contact beside the kink.
     """
     k_0 = 0.5 * np.sqrt(np.pi * C) * abs(traction)
     before = (k_0, k_0) if traction > 0 else (0.0, -k_0)
@@ -107,7 +107,7 @@ def test_wings_of_a_crack_under_pressure(wing, allowed):
 
 
 def test_wings_turn_to_the_load_and_need_more_and_more_of_it():
-    """A crack at 45 degrees, pressed: kink 70.5 degrees, then K_II stays close to zero."""
+    """A crack at 45 degrees in compression: kink 70.5 degrees, then K_II near zero."""
     size = 1.0
     scene = {
         "name": "wing",
@@ -148,7 +148,7 @@ def test_wings_turn_to_the_load_and_need_more_and_more_of_it():
 
 
 def test_wings_on_a_coarse_grid_are_told_by_their_energy():
-    """Pressed, nearly all work is stored: what is missing counts against what the crack took."""
+    """In compression most work is stored; the gap is compared with the fracture energy."""
     at = C / 2 / np.sqrt(2)
     scene = {
         "name": "coarse",

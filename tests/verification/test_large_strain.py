@@ -34,7 +34,7 @@ PULLED = [
 
 
 def plate(law, element, mesh, loads=None, traction=None, **more):
-    """The single edge crack of section 5.1; loads are those of an elongation of one."""
+    """The single edge crack of section 5.1; load factor one is an elongation of one."""
     family = {"kind": "single_edge", "width": 500, "height": 1000, "crack_length": 100}
     return scene_from_dict(
         {
@@ -106,7 +106,7 @@ def test_same_grid_same_answer(element, law, loads):
 
 
 def independent_loads(solid, loads, held):
-    """The loads of `LOADS`, written anew; a rigid motion is held where cfmpm has held it."""
+    """The loads of `LOADS`, written independently; rigid motions are held as in cfmpm."""
     y = solid.nodes[:, 1]
     bottom, top = np.flatnonzero(y == 0), np.flatnonzero(y == 1000)
     mine = fem.no_loads(solid)
@@ -191,7 +191,7 @@ def test_t3_does_not_lock(law):
 
 @pytest.fixture(scope="module")
 def dead_traction():
-    """The plate under dead traction, which turns its ends, and its small strain solution."""
+    """The plate under dead traction, which rotates its ends, and its small strain solution."""
     mesh = {"size": 25, "grading": {"tip_size": 0.01, "growth": 0.2}}
     found = cfmpm.run(plate("hencky", "T6", mesh, traction=100.0, load_steps=[0.1, 1.0]))
     linear = cfmpm.run(plate("hencky", "T6", mesh, traction=100.0, kinematics="small"))
@@ -200,7 +200,7 @@ def dead_traction():
 
 @pytest.mark.slow
 def test_dead_traction(dead_traction):
-    """J at 10 and 100 MPa, and what is left of it by the straightening of the plate."""
+    """J at 10 and 100 MPa, and its reduction by the straightening of the plate."""
     found, linear = dead_traction
     j, small = found.history.J[:, 0].values, float(linear.history.J[0, 0]) * np.array([0.01, 1.0])
     np.testing.assert_allclose(j, [0.25473, 25.431], rtol=2e-4)
@@ -209,7 +209,7 @@ def test_dead_traction(dead_traction):
 
 @pytest.mark.slow
 def test_nothing_leans_against_what_holds_the_plate(dead_traction):
-    """A body in balance with its loads needs no force where rigid motions are held."""
+    """A body in equilibrium with its loads has no reaction where rigid motions are held."""
     found, _ = dead_traction
     held = found.loading.prescribed
     force = (
@@ -360,7 +360,7 @@ def test_bar_under_dead_load(element):
 
 
 def test_bar_beyond_its_limit_point():
-    """No stable state above E'/e is given out; the last one lies just below."""
+    """No state above E'/e is accepted; the last one is just below."""
     result = bar_under_dead_load([0.5, 1.5])
     found = result.history
     assert "unstable" in found.attrs["ending"]
@@ -371,7 +371,7 @@ def test_bar_beyond_its_limit_point():
 
 @pytest.mark.parametrize("k", [1.0, 5.0, 10.0])
 def test_cantilever(k):
-    """Dead force across the end; elastica, length over height 40: 1 %."""
+    """Dead transverse end force; elastica, length over height 40: 1 %."""
     length, height, modulus, nu = 40.0, 1.0, 1e4, 0.3
     stiffness = modulus / (1 - nu**2) * height**3 / 12
     force = k * stiffness / length**2

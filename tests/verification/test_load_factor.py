@@ -1,4 +1,4 @@
-"""A load and a factor on it: only their product counts."""
+"""Only the product of load and load factor matters."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def pulled(load: float, **changes: Any) -> dict[str, Any]:
 
 
 def mixed(load: float, **changes: Any) -> dict[str, Any]:
-    """The plate sheared, pressed, moved and under its weight, so that its crack closes in part."""
+    """The plate under shear, compression, displacement and weight; its crack closes in part."""
     loads = [
         {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
         {"edge": "top", "displacement": {"x": 0.01 * load}},
@@ -88,7 +88,7 @@ def test_at_small_strain(scene: Any, steps: list[float]) -> None:
 
 @pytest.mark.parametrize("scene", [pulled, mixed])
 def test_at_finite_deformation(scene: Any) -> None:
-    """There a load may also turn round: minus the load, times minus the factor."""
+    """The load may also be reversed: minus the load times minus the factor."""
     material = {"E": 1e3, "nu": 0.3, "law": "ciarlet"}
     results = [
         run(
@@ -111,7 +111,7 @@ def test_at_finite_deformation(scene: Any) -> None:
 
 
 def test_at_which_cracks_run() -> None:
-    """Under load control all is the same; under crack control the factor is found."""
+    """Equal under load control; under crack control the load factor adapts."""
     for control, level in (("load", [0.5, 1.0]), ("crack", [1.0])):
         histories = []
         for load, factor in EQUIVALENT:
@@ -132,7 +132,7 @@ def test_at_which_cracks_run() -> None:
 
 
 class TestWarningOfFiniteDeformation:
-    """It goes by the load that is reached, however that is written."""
+    """The warning depends on the load that is reached, in any notation."""
 
     SAID = "finite deformation is neglected, which would change the strain energy"
     OF_J = "finite deformation is neglected, which would change J"

@@ -31,7 +31,7 @@ def block(material, element="T3"):
 
 
 def driven(material, H, factors, element="T3"):
-    """Points of a block whose rim follows a displacement gradient, after each factor."""
+    """Points of a block whose boundary follows a displacement gradient, after each factor."""
     problem = posed.of_scene(block(material, element))
     nodes = rim(problem.grid.nodes)
     loading = posed.driven(problem.grid, nodes, problem.grid.nodes[nodes] @ H.T)
@@ -75,7 +75,7 @@ def test_confined_stretch_of_j2(stretch, hardening):
 
 @pytest.mark.parametrize(("element", "size"), [("T3", 0.5), ("T6", 2.0)])
 def test_limit_pressure_of_a_thick_cylinder(element, size):
-    """A quarter, its inner wall driven outwards by 1 %: all yields. 1 %."""
+    """A quarter model whose bore is expanded by 1 %: fully plastic; 1 %."""
     inner, outer = 10.0, 20.0
     middle = np.sqrt(0.5)
     scene = scene_from_dict(

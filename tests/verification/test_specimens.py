@@ -1,4 +1,4 @@
-"""Specimens on their default grids against their standards and handbooks, over the whole range."""
+"""Specimens on default grids against standards and handbooks, over the whole range."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def compact_tension(ratio: float, **more: Any) -> Any:
 
 
 def three_point_bend(ratio: float, span: float = 4.0) -> float:
-    """K_I over (P S / (B W^1.5))."""
+    """K_I / (P S / (B W^1.5))."""
     size = {"length": (span + 0.4) * WIDTH, "height": WIDTH, "span": span * WIDTH, "force": FORCE}
     found = run("three_point_bend", ratio, size).isel(step=0, tip=0)
     return float(found.K_I) * math.sqrt(WIDTH) / (FORCE * span)
@@ -72,7 +72,7 @@ def test_fatigue_life_of_a_compact_tension_specimen() -> None:
 
 
 def test_the_last_crack_length_of_a_compact_tension_specimen_is_counted_alike() -> None:
-    """In the text of the end too; K reaches its limit at the length at which that of E399 does."""
+    """Also in the text of the ending; K reaches K_c at the crack length of ASTM E399."""
     limit = 1.1 * of_compact_tension(0.5)
     result = cfmpm.run(
         scene_from_dict(
@@ -102,7 +102,7 @@ BEND = {0.2: 1.16188, 0.5: 2.64334, 0.8: 10.8529}
 
 
 def srawley(x: float) -> float:
-    """Of ASTM E399 for S / W = 4 (Srawley 1976), "within 0.5 %".
+    """K_I of ASTM E399 for S / W = 4 (Srawley 1976), "within 0.5 %".
 
     Forces at points give 0.7 % less at a/W = 0.5. For short cracks the form ends in that of a
     beam in pure bending, whose stress at midspan is 4 % more than that of a force at a point.
@@ -112,7 +112,7 @@ def srawley(x: float) -> float:
 
 
 def guinea(x: float, span: float) -> float:
-    """Of any crack length and any span from 2.5 W (Guinea, Pastor, Planas and Elices 1998)."""
+    """K_I for any crack length and any span from 2.5 W (Guinea, Pastor, Planas, Elices 1998)."""
     four = 1.9 + 0.41 * x + 0.51 * x**2 - 0.17 * x**3
     endless = 1.99 + 0.83 * x - 0.31 * x**2 + 0.14 * x**3
     shape = endless + 4 / span * (four - endless)

@@ -1,4 +1,4 @@
-"""Cracks that are mirror images of each other grow as such; others go one by one.
+"""Mirror-symmetric cracks grow together; other cracks grow one by one.
 
 The grid of gmsh is not symmetric, so that nothing but the comparison within its error keeps the
 symmetry of the paths.
@@ -88,7 +88,7 @@ def test_double_edge_notched_plate(element: str) -> None:
 
 @pytest.mark.parametrize("cracks", [[[10, 20], [40, 50]], [[14, 24], [36, 46]]])
 def test_two_collinear_cracks_up_to_their_meeting_and_beyond(cracks: list[Any]) -> None:
-    """In the first plate all four tips come first at the start, and the outer ones later."""
+    """In the first plate all four tips grow first, later the outer ones."""
     of = history(plate(cracks, 5.0, 22))
     names = of["tip"].values.tolist()
     lengths, x = grown(of), of["tip_x"].values
@@ -124,7 +124,7 @@ def test_lengths_of_10_and_10_5_mm_go_one_by_one() -> None:
 
 
 def test_inclined_cracks_of_10_and_10_5_mm_go_one_by_one_behind_their_kinks() -> None:
-    """Behind a kink J and G differ most, and so does the error of the grid."""
+    """After a kink J and G differ most, and the error of the grid is largest."""
     scene = plate([[0, 10], [60, 49.5]], 5.0, 5)
     slope = {"points": [[0, 70], [10, 60]]}, {"points": [[60, 70.5], [49.5, 60]]}
     scene["geometry"]["cracks"] = list(slope)
@@ -134,7 +134,7 @@ def test_inclined_cracks_of_10_and_10_5_mm_go_one_by_one_behind_their_kinks() ->
 
 
 def test_a_finer_grid_tells_apart_what_a_coarse_one_does_not() -> None:
-    """The advice of the warning: 10 and 10.05 mm."""
+    """The action of the warning helps: cracks of 10 and 10.05 mm."""
     cracks = [[0, 10], [60, 49.95]]
     coarse = history(plate(cracks, 10.0, 1, mesh={"element": "T3"}))
     assert "told apart by a finer grid (smaller mesh.size)" in warned(coarse)[0]

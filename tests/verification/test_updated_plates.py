@@ -47,7 +47,7 @@ def elongated(**options: Any) -> state.Result:
     [{}, {"integration": "domains"}, {"integration": "domains", "smooth_below": 0.6}],
 )
 def test_following_grid_to_half_the_length(options: dict[str, Any]) -> None:
-    """J within 1.3 %, as far as T3 of this size goes; force within 0.15 %."""
+    """J within 1.3 %, the accuracy of T3 of this size; force within 0.15 %."""
     history = elongated(grid="following", **options).history
     assert history["grid_resets"][-1] >= 2
     assert (history["empty_elements"] == 0).all()
@@ -68,7 +68,7 @@ def test_following_grid_to_half_the_length(options: dict[str, Any]) -> None:
     ],
 )
 def test_paper_mode_begins_as_the_total_formulation(name: str) -> None:
-    """Sections 5.2 to 5.5 before growth: on the first step nothing has been reset yet."""
+    """Sections 5.2 to 5.5 before growth: no reset has occurred in the first step."""
     scene = yaml.safe_load((PAPER / f"{name}.yaml").read_text(encoding="utf-8"))
     del scene["growth"]
     scene.pop("fatigue", None)

@@ -24,7 +24,7 @@ MOUTHS = {
 def williams(x, side, tangent, k_1, k_2, t, plane="strain"):
     """Displacement of the first terms of Williams' series (Anderson 2005, table 2.2), (k, 2).
 
-    Written apart from the kernels: polar angle from complex numbers, displacement itself instead
+    Independent of the kernels: polar angle from complex numbers, displacement instead
     of its gradient, T-stress by Hooke's law.
     """
     mu = E / (2 * (1 + NU))

@@ -20,7 +20,7 @@ for name in ("skfem", "snakemake"):
 
 @pytest.fixture(autouse=True)
 def units_on_axes(monkeypatch):
-    """No picture is written in which an axis lacks its unit."""
+    """Every axis of a written figure has its unit."""
     save = Figure.savefig
 
     def save_with_units(figure, *arguments, **options):
@@ -38,7 +38,7 @@ def root():
 
 @pytest.fixture(scope="session")
 def snakemake():
-    """Call snakemake as a user does; the completed process."""
+    """Call snakemake as a user does; return the completed process."""
 
     def call(*arguments, folder=ROOT, check=True, **environment):
         done = subprocess.run(
@@ -63,7 +63,7 @@ def scene_file(root):
 
 @pytest.fixture(scope="session")
 def checkout(root, tmp_path_factory):
-    """A copy of the repository in which results may be made."""
+    """A copy of the repository for results."""
     copy = tmp_path_factory.mktemp("checkout") / "repository"
     leave = shutil.ignore_patterns("results", ".git", ".snakemake", ".venv", "tests", ".*_cache")
     shutil.copytree(root, copy, ignore=leave)

@@ -1,7 +1,7 @@
-"""From the number of a law to its kernels, made from the table of laws.
+"""Functions that call the kernels of a law by its number, generated from the table of laws.
 
-Numba has no table of functions that LLVM could look into: what picks the kernel of a law is a chain
-of comparisons, whose source text is made here.
+LLVM cannot inline calls through a table of functions. The kernel of a law is therefore selected by
+a chain of comparisons, whose source text is generated here.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from cfmpm.registry.laws import LAWS
 from cfmpm.registry.table import load
 
 NUMBERS = {word: number for number, word in enumerate(LAWS)}
-"""The number of each law, which kernels know it by."""
+"""Number of each law, by which kernels select it."""
 _MODULES = {word: load(law.code) for word, law in LAWS.items()}
 INTERNAL_VARIABLES: dict[str, tuple[str, ...]] = {
     word: tuple(getattr(module, "INTERNAL_VARIABLES", ())) for word, module in _MODULES.items()
 }
-"""The variables that each law keeps of a point."""
+"""Names of the internal variables of each law."""
 N_CONSTANTS = 2 + max(len(law.constants) for law in LAWS.values())
-"""Columns of the table of constants: lambda, mu and those of the laws, each from the third on."""
+"""Number of columns of the table of constants: lambda, mu, then the constants of the law."""
 _N_INTERNAL = max(map(len, INTERNAL_VARIABLES.values()))
 
 
 def _columns(word: str) -> dict[str, str]:
-    """What the kernels of a law take for its constants, by their names."""
+    """Return the source text of each constant of a law, by its name."""
     names = ["lam", "mu", *(constant.name for constant in LAWS[word].constants)]
     return {name: f"constants[m, {column}]" for column, name in enumerate(names)}
 
 
 def _call(word: str, name: str) -> str:
-    """A kernel of a law with what it takes, as source text."""
+    """Return the source text of a call of a kernel of a law with the arguments that it takes."""
     function = getattr(_MODULES[word], name)
     taken = inspect.signature(getattr(function, "py_func", function)).parameters
     known = _columns(word)
@@ -42,7 +42,7 @@ def _call(word: str, name: str) -> str:
 
 
 def _response(word: str) -> list[str]:
-    """Lines that return the response of a law, with as many state variables as any has."""
+    """Return source lines for the response of a law; its state is padded to the longest one."""
     call, n = _call(word, "response"), len(INTERNAL_VARIABLES[word])
     kept = [f"state[{i}]" if i < n else "0.0" for i in range(_N_INTERNAL)]
     padded = f"({', '.join(kept)}{',' * (_N_INTERNAL == 1)})"
@@ -56,7 +56,7 @@ def _across(word: str) -> list[str]:
 
 
 def _chain(name: str, arguments: str, lines: dict[str, list[str]]) -> str:
-    """A function that has the lines of the law whose number it is called with."""
+    """Return the source text of a function that runs the lines of the law with number `law`."""
     text = [f"def {name}(law, constants, m, {arguments}):"]
     *others, last = lines
     for word in others:
@@ -74,7 +74,7 @@ _SOURCES = {
 
 
 def _compiled(name: str) -> Any:
-    """Compile one of the chains, as a function of this file: Numba keeps the code by that."""
+    """Compile a generated function; its file is this module, which Numba's cache needs."""
     scope: dict[str, Any] = {"__name__": __name__}
     for word, module in _MODULES.items():
         if hasattr(module, name):
@@ -83,7 +83,7 @@ def _compiled(name: str) -> Any:
     return kernel(scope[name], inline="always")
 
 
-# What calls laws of other packages is compiled anew where these change.
+# Kernels that call laws of other packages must be compiled again if those change.
 _FOREIGN = [
     path
     for module in _MODULES.values()
@@ -99,22 +99,23 @@ across = _compiled("across")
 
 @partial(kernel, inline="always")
 def respond(law, constants, m, H, mean, patched, internal, p):
-    """Return stress, energy, tangent and new state of one point.
+    """Return stress, energy, tangent and new internal variables of one point.
 
     Parameters
     ----------
     law : int
-        One of `NUMBERS`.
+        Number of the law, from `NUMBERS`.
     constants : (q, c) float
-        lambda, mu and the constants of the laws, each from the third column on.
+        lambda and mu [MPa], then the constants of the law, for each material.
     m : int
         Row of `constants`.
     H : tuple of four floats
-        xx, xy, yx, yy of the displacement gradient F - I; det F > 0.
+        Displacement gradient F - I as xx, xy, yx, yy; det F > 0.
     mean : float
-        Mean of J - 1 over the point's patch; the point's own without patches.
+        Mean of J - 1 over the patch of the point; J - 1 of the point without patches.
     patched : bool
-        Whether the tangent leaves out lambda U'', which then couples the points of a patch.
+        Whether the tangent omits lambda U'', which couples the points of a patch
+        (`patches.coupling`).
     internal : (p, h) float
         Internal variables at the start of the step; read by laws that have some.
     p : int
@@ -123,17 +124,17 @@ def respond(law, constants, m, H, mean, patched, internal, p):
     Returns
     -------
     tau : tuple of three floats
-        Kirchhoff stress xx, yy, xy [MPa]; tau_mu + lambda U'(mean) J I.
+        Kirchhoff stress xx, yy, xy [MPa]: tau_mu + lambda U'(mean) J I.
     energy : float
-        Stored energy per reference volume [MPa], W_mu + lambda U; with patches U is continued
-        linearly from the mean, which adds up to the same over the patch and makes W I - F^T P
-        the exact derivative with respect to the reference position.
+        Stored energy per reference volume [N mm/mm^3]: W_mu + lambda U. With patches, U is
+        linearised about the mean. Its sum over the patch is not changed by this, and W I - F^T P
+        is the exact derivative of the energy with respect to the reference position.
     c : tuple of six floats
         Spatial tangent xxxx, yyyy, xxyy, xxxy, yyxy, xyxy [MPa] of the Kirchhoff stress, with
-        minor symmetries; the stress term delta_ik tau_jl stands apart: c_ijkl + delta_ik tau_jl
-        is J a_ijkl of paper eq 11 with misprints put right.
+        minor symmetries, without the initial stress term: c_ijkl + delta_ik tau_jl is J a_ijkl of
+        paper eq 11, misprints corrected.
     state : tuple of floats
-        New row of internal variables, as long as the longest of any law; zero beyond the own.
+        New internal variables, padded by zeros to the largest number that any law has.
     """
     y = H[0] + H[3] + (H[0] * H[3] - H[1] * H[2])
     tau, energy, c, state = response(law, constants, m, H, y, internal, p)
@@ -158,14 +159,19 @@ def respond(law, constants, m, H, mean, patched, internal, p):
 
 @kernel
 def stress_across(law, constants, m, H, mean, stress):
-    """Return sigma_zz of one point in plane strain [MPa].
+    """Return the out-of-plane Cauchy stress of one point in plane strain.
 
     Parameters
     ----------
     law, constants, m, H, mean
         As in `respond`.
     stress : tuple of three floats
-        Cauchy stress xx, yy, xy [MPa].
+        In-plane Cauchy stress xx, yy, xy [MPa].
+
+    Returns
+    -------
+    float
+        sigma_zz [MPa].
     """
     y = H[0] + H[3] + (H[0] * H[3] - H[1] * H[2])
     J = 1.0 + y

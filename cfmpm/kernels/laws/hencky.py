@@ -1,6 +1,7 @@
-"""Hencky elasticity (paper eqs 11 and 12): W = lambda/2 (tr eps)^2 + mu eps : eps, eps = ln(b) / 2.
+"""Hencky elasticity: W = lambda/2 (tr eps)^2 + mu eps : eps with eps = ln(b) / 2 (paper eq 2).
 
-It loses ellipticity at stretches of 2 to 3.
+The tangent is that of paper eqs 11 and 12, misprints corrected. The law loses ellipticity at
+stretches of 2 to 3.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from cfmpm.kernels.laws.tensors import principal, turned
 
 @kernel
 def volumetric(lam, y):
-    """U = (ln J)^2 / 2."""
+    """Return lambda U, lambda U' and lambda U'' of U = (ln J)^2 / 2 [MPa]."""
     J = 1.0 + y
     log_J = math.log1p(y)
     return 0.5 * lam * log_J * log_J, lam * log_J / J, lam * (1.0 - log_J) / (J * J)
@@ -21,7 +22,7 @@ def volumetric(lam, y):
 
 @kernel
 def response(mu, H, y):
-    """W_mu = mu eps : eps."""
+    """Return Kirchhoff stress, energy and tangent of W_mu = mu eps : eps [MPa]."""
     hxx, hxy, hyx, hyy = H
     J = 1.0 + y
     log_J = math.log1p(y)

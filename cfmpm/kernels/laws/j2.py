@@ -1,10 +1,10 @@
-"""Hencky elasticity with von Mises' yield stress and linear isotropic hardening.
+"""Hencky elasticity with von Mises yield stress and linear isotropic hardening.
 
-b_e = F Cp^-1 F^T is that of the trial state. The return is radial in its logarithmic strain eps,
-with the exponential map for the plastic flow, and von Mises stress q: q - 3 mu dg =
-yield stress + hardening (alpha + dg) (Simo 1992; de Souza Neto, Peric and Owen 2008, section 14.4
-and box 7.3). Stored energy and plastic work together are a potential of the stress (Ortiz and
-Stainier 1999).
+The trial state is b_e = F Cp^-1 F^T. The return mapping is radial in its logarithmic strain eps,
+with the exponential map for plastic flow: the plastic multiplier dg solves
+q - 3 mu dg = yield stress + hardening (alpha + dg) with the trial von Mises stress q (Simo 1992;
+de Souza Neto, Peric and Owen 2008, section 14.4 and box 7.3). The sum of stored energy and plastic
+work is a potential of the stress (Ortiz and Stainier 1999).
 """
 
 from __future__ import annotations
@@ -17,27 +17,34 @@ from cfmpm.kernels.laws.tensors import principal, turned
 
 __all__ = ["INTERNAL_VARIABLES", "across", "response", "volumetric"]
 
-# Of Cp^-1 - I; the accumulated plastic strain alpha; its work per reference volume [MPa].
+# Components of Cp^-1 - I; accumulated plastic strain alpha; plastic work per reference volume
+# [N mm/mm^3].
 INTERNAL_VARIABLES = ("cp_xx", "cp_yy", "cp_xy", "cp_zz", "plastic_strain", "plastic_work")
 
 
 @kernel
 def across(mu, y, tau):
-    """tr tau = 2 mu ln J, however plastic flow shares it out."""
+    """Return tau_zz of W_mu [MPa], from tr tau = 2 mu ln J: plastic flow preserves volume."""
     return 2.0 * mu * math.log1p(y) - tau[0] - tau[1]
 
 
 @kernel
 def trial(H, y, internal, p):
-    """Return b_e - I of the trial state, its determinant in the plane, and its strain across.
+    """Return b_e of the trial state.
+
+    Parameters
+    ----------
+    H, y, internal, p
+        As in `response`.
 
     Returns
     -------
     exx, eyy, exy : float
+        In-plane components of b_e - I.
     area, log_area : float
-        Determinant of b_e in the plane, and half its logarithm.
+        Determinant of the in-plane part of b_e, and half its logarithm.
     eps_zz : float
-        Logarithmic.
+        Out-of-plane logarithmic strain.
     """
     hxx, hxy, hyx, hyy = H
     fxx, fyy = 1.0 + hxx, 1.0 + hyy
@@ -58,18 +65,23 @@ def trial(H, y, internal, p):
 
 @kernel
 def flowed(H, y, internal, p, change, dg, work):
-    """Return the internal variables after flow.
+    """Return the internal variables after plastic flow.
 
     Parameters
     ----------
     H, y, internal, p
         As in `response`.
     change : tuple of four floats
-        b_e - b_e trial xx, yy, xy, and the relative change of Cp^-1 across.
+        b_e less b_e of the trial state xx, yy, xy, and the relative change of Cp^-1 zz.
     dg : float
-        Plastic strain gained.
+        Increment of the accumulated plastic strain.
     work : float
-        Plastic work done [MPa].
+        Increment of the plastic work [N mm/mm^3].
+
+    Returns
+    -------
+    tuple of six floats
+        In the order of `INTERNAL_VARIABLES`.
     """
     hxx, hxy, hyx, hyy = H
     fxx, fyy = 1.0 + hxx, 1.0 + hyy
@@ -88,7 +100,30 @@ def flowed(H, y, internal, p, change, dg, work):
 
 @kernel
 def response(mu, yield_stress, hardening, H, y, internal, p):
-    """W_mu = mu eps : eps of the elastic strain, and what has flowed."""
+    """Return Kirchhoff stress, energy and tangent of W_mu, and the new internal variables.
+
+    W_mu = mu eps : eps of the elastic logarithmic strain.
+
+    Parameters
+    ----------
+    mu, yield_stress, hardening : float
+        [MPa].
+    H : tuple of four floats
+        xx, xy, yx, yy of F - I.
+    y : float
+        J - 1.
+    internal : (n, h) float
+        Internal variables of all points at the start of the step.
+    p : int
+        Row of the point.
+
+    Returns
+    -------
+    tau, energy, c
+        As in `dispatch.respond`, without the volumetric part.
+    state : tuple of six floats
+        In the order of `INTERNAL_VARIABLES`.
+    """
     exx, eyy, exy, area, log_area, eps_zz = trial(H, y, internal, p)
     b1, b2, x, log_x, cos2, sin2 = principal(exx, eyy, exy, area)
     common = mu * log_area  # (beta_1 + beta_2) / 2

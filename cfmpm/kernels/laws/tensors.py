@@ -1,4 +1,4 @@
-"""Tensors of the plane and logarithms, as several laws need them."""
+"""Plane tensors and logarithms that several laws use."""
 
 from __future__ import annotations
 
@@ -14,19 +14,23 @@ def log_defect(y):
     Parameters
     ----------
     y : float
-        Above -1.
+        Greater than -1.
 
     Returns
     -------
     float
-        y^2/2 - y^3/3 + ...; below |y| = 0.1 by ln(1 + y) = 2 artanh z with z = y / (2 + y), of
-        which the first term is taken away in closed form.
+        y^2/2 - y^3/3 + ...
+
+    Notes
+    -----
+    For |y| <= 0.1 the series ln(1 + y) = 2 artanh z with z = y / (2 + y) is used; its first term
+    is subtracted from y in closed form, y - 2 z = y z.
     """
     if abs(y) > 0.1:
         return y - math.log1p(y)
     z = y / (2.0 + y)
     zz = z * z
-    # Seven terms: the eighth is below 1e-17 of the sum at |y| = 0.1.
+    # Seven terms: at |y| = 0.1 the eighth is below 1e-17 of the sum.
     series = 1.0 / 15.0
     for odd in (13.0, 11.0, 9.0, 7.0, 5.0, 3.0):
         series = 1.0 / odd + zz * series
@@ -35,23 +39,23 @@ def log_defect(y):
 
 @kernel
 def principal(exx, eyy, exy, area):
-    """Return the principal values and axes of b in the plane.
+    """Return the in-plane principal values and axes of b.
 
     Parameters
     ----------
     exx, eyy, exy : float
-        Of b - I.
+        In-plane components of b - I.
     area : float
-        Determinant of b in the plane.
+        Determinant of the in-plane part of b.
 
     Returns
     -------
     b1, b2 : float
-        b1 >= b2.
+        Principal values, b1 >= b2.
     x, log_x : float
-        (b1 - b2) / b2 and ln(b1 / b2) = ln(1 + x), exact to round-off however near the two are.
+        (b1 - b2) / b2 and ln(b1 / b2) = ln(1 + x), exact to round-off even if b1 is nearly b2.
     cos2, sin2 : float
-        Of twice the angle from x to the axis of b1.
+        Cosine and sine of twice the angle from x to the axis of b1.
     """
     half = 0.5 * (exx - eyy)
     r = math.hypot(half, exy)
@@ -65,26 +69,27 @@ def principal(exx, eyy, exy, area):
 
 @kernel
 def turned(a11, a22, a12, shear, cos2, sin2):
-    """Turn a tangent from its principal axes to x, y.
+    """Rotate a tangent from principal axes to x, y.
 
     Parameters
     ----------
     a11, a22, a12, shear : float
-        c_1111, c_2222, c_1122 and c_1212 in principal axes.
+        c_1111, c_2222, c_1122 and c_1212 in principal axes [MPa].
     cos2, sin2 : float
-        Of twice the angle from x to the first axis.
+        Cosine and sine of twice the angle from x to the first axis.
 
     Returns
     -------
     tuple of six floats
-        c_xxxx, c_yyyy, c_xxyy, c_xxxy, c_yyxy, c_xyxy.
+        c_xxxx, c_yyyy, c_xxyy, c_xxxy, c_yyxy, c_xyxy [MPa].
 
     Notes
     -----
     In principal axes c_iijj = d beta_i / d eps_j - 2 beta_i delta_ij and
     c_1212 = (beta_1 b_2 - beta_2 b_1) / (b_1 - b_2) = s b_2 - beta_2, with beta the principal
     values of tau, eps the logarithmic strains and s = (beta_1 - beta_2) / (b_1 - b_2) (de Souza
-    Neto, Peric and Owen 2008, section 14.5 and appendix A). s is to be had in closed form.
+    Neto, Peric and Owen 2008, section 14.5 and appendix A). The laws provide s in closed form,
+    without cancellation for equal principal values.
     """
     cc, ss, cs = 0.5 * (1.0 + cos2), 0.5 * (1.0 - cos2), 0.5 * sin2
     double = 4.0 * cs * cs * shear

@@ -143,8 +143,9 @@ def doubts_of_scene(scene: Scene, body: Body) -> list[str]:
     for load in scene.loads:
         if load.box is not None and (held := cracks_in_box(load.box, lines, least)):
             found.append(
-                f"{load.name}: its box holds {sum(held.values()):.4g} mm of {' and '.join(held)}; "
-                "loads do not act on crack faces: end the box at the boundary, or name an edge"
+                f"{load.name}: its box contains {sum(held.values()):.4g} mm of "
+                f"{' and '.join(held)}; the {load.kind} acts on the boundary in the box, not on "
+                "crack faces: end the box at the boundary, or name an edge"
             )
     if body.patches is not None and body.materials.plastic.any():
         found.append(

@@ -1,1 +1,1 @@
-"""Families of specimens, one file each; the words for them stand in `registry.specimens`."""
+"""Families of specimens, one module each; `registry.specimens` lists them."""

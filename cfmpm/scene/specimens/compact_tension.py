@@ -14,17 +14,17 @@ from cfmpm.scene.quantities import Length, Number
 from cfmpm.scene.shapes import XY
 from cfmpm.scene.specimens.specimen import Specimen, rectangle
 
-# Pin holes, and which way each is pulled.
+# Pin holes, and the sign of the vertical load on each.
 PINS = {"pin_top": 1, "pin_bottom": -1}
-# A pin presses on so much of its hole, about the direction of the pull [rad].
+# Loaded arc of a pin hole, centred on the direction of the load [rad].
 PRESSED = math.radians(60)
 
 
 class CompactTension(Specimen):
-    """Compact tension specimen (ASTM E399 proportions); pin holes pin_top and pin_bottom.
+    """Compact tension specimen (proportions of ASTM E399); pin holes pin_top and pin_bottom.
 
-    Each pin presses on 60 degrees of its hole; `crack_length` of the history counts from the load
-    line, too.
+    Each pin acts by a uniform traction on an arc of 60 degrees of its hole. `crack_length` of the
+    history is measured from the load line, too.
     """
 
     load_key: ClassVar[str] = "force"
@@ -32,7 +32,9 @@ class CompactTension(Specimen):
     kind: Literal["compact_tension"]
     width: Length = Field(description="W, from the load line to the back face [mm]")
     crack_length: Length = Field(description="a, from the load line [mm]")
-    force: Number | None = Field(None, description="pull on the pins per thickness [N/mm]")
+    force: Number | None = Field(
+        None, description="tensile force on each pin per mm of thickness [N/mm]"
+    )
 
     @model_validator(mode="after")
     def _crack_inside(self) -> Self:
@@ -73,10 +75,10 @@ class CompactTension(Specimen):
         return loads
 
     def _centre(self, side: int) -> XY:
-        """Of the upper pin hole, 1, or of the lower, -1 [mm]."""
+        """Return the centre of the upper (1) or the lower (-1) pin hole [mm]."""
         return 0.25 * self.width, (0.6 + side * 0.275) * self.width
 
     @property
     def _diameter(self) -> float:
-        """Of the pin holes [mm]."""
+        """Diameter of the pin holes [mm]."""
         return 0.25 * self.width

@@ -1,4 +1,4 @@
-"""What the families of specimens share."""
+"""Base class and common parts of the families of specimens."""
 
 from __future__ import annotations
 
@@ -11,39 +11,61 @@ from cfmpm.scene.loads import Load
 
 
 class Specimen(Model, ABC):
-    """Keys of a family of specimens, of which one may stand for the loads.
+    """Keys of a family of specimens, one of which defines the loads.
 
     Attributes
     ----------
     load_key : str
-        The key that stands for the loads.
+        Name of the key that defines the loads: the load parameter.
     """
 
     load_key: ClassVar[str] = "traction"
 
     @property
     def load(self) -> float | None:
-        """The load parameter [MPa, or N/mm for a force]."""
+        """Value of the load parameter [MPa, or N/mm for a force]; None if not given."""
         value: float | None = getattr(self, self.load_key)
         return value
 
     @abstractmethod
     def geometry(self) -> Geometry:
-        """Return outline with named edges, holes and cracks [mm]."""
+        """Return the outline with named edges, the holes and the cracks [mm]."""
 
     @abstractmethod
     def loads(self) -> list[Load]:
-        """Return the loads that the load parameter stands for; none where it is not given."""
+        """Return the loads that the load parameter defines; empty if it is not given."""
 
 
 def rectangle(width: float, height: float) -> list[Vertex]:
-    """Return an outline from (0, 0) on, with edges bottom, right, top, left [mm]."""
+    """Return the outline of a rectangle with edges bottom, right, top, left.
+
+    Parameters
+    ----------
+    width, height : float
+        [mm].
+
+    Returns
+    -------
+    list of Vertex
+        Four corners, anticlockwise from (0, 0).
+    """
     corners = {"bottom": (0, 0), "right": (width, 0), "top": (width, height), "left": (0, height)}
     return [Vertex(at=at, edge=edge) for edge, at in corners.items()]
 
 
 def tension(traction: float | None) -> list[Load]:
-    """Return tractions on top and bottom that pull on each other [MPa]."""
+    """Return opposite normal tractions on top and bottom.
+
+    Parameters
+    ----------
+    traction : float or None
+        Positive in tension [MPa].
+
+    Returns
+    -------
+    list of Load
+        Empty if `traction` is None.
+    """
     if traction is None:
         return []
     return [

@@ -1,4 +1,4 @@
-"""Beam on two supports, bent."""
+"""Three-point bending beam."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cfmpm.scene.specimens.specimen import Specimen, rectangle
 
 
 class ThreePointBend(Specimen):
-    """Beam on two supports, force at the middle of the top; crack from the bottom.
+    """Beam on two supports with a force at the middle of the top edge; crack from the bottom edge.
 
-    Force and supports act at points; K_I is then 0.7 % below the form of ASTM E399 at a/W = 0.5 and
-    span / height = 4, and 4 % below it for short cracks. With `loads` in place of `force`, the
-    supports are among the loads too.
+    Force and supports act at points. K_I is therefore below the formula of ASTM E399, by 0.7 % at
+    a/W = 0.5 and span / height = 4, and by 4 % for short cracks. If `loads` replaces `force`, it
+    must also contain the supports.
     """
 
     load_key: ClassVar[str] = "force"
@@ -27,13 +27,13 @@ class ThreePointBend(Specimen):
     kind: Literal["three_point_bend"]
     length: Length = Field(description="[mm]")
     height: Length = Field(description="[mm]")
-    span: Length = Field(description="distance of the supports [mm]")
+    span: Length = Field(description="distance between the supports [mm]")
     crack_length: Length = Field(description="[mm]")
     crack_offset: Coordinate = Field(
-        0.0, description="of the crack from midspan, positive right [mm]"
+        0.0, description="distance of the crack from midspan, positive to the right [mm]"
     )
     holes: list[Circle] = Field([])
-    force: Number | None = Field(None, description="downward per thickness [N/mm]")
+    force: Number | None = Field(None, description="downward force per mm of thickness [N/mm]")
 
     @model_validator(mode="after")
     def _inside(self) -> Self:

@@ -1,4 +1,4 @@
-"""Every warning names tips and steps, its size, and an action: taken, it ends the warning."""
+"""Every warning names tips, steps, size and an action, which removes the warning."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class TestStepsAndSizes:
 
 
 class TestElementsAtTips:
-    """The size that is advised is one that ends the warning, on any grading."""
+    """The recommended element size removes the warning, for any grading."""
 
     @pytest.mark.parametrize("grading", ["uniform", {"tip_size": 2.5}])
     def test_j_and_g_differ(self, grading: Any) -> None:
@@ -165,7 +165,7 @@ class TestGrowth:
         assert "has left the refined part" not in history.attrs["warnings"]
 
     def test_little_clearance(self) -> None:
-        """A crack that passes a hole at less than three elements."""
+        """A crack that passes a hole at a distance of less than three elements."""
         scene = plate(growth={"control": "crack", "increments": 14}, mesh={"size": 8})
         scene["geometry"] = {
             "outline": OUTLINE,
@@ -277,7 +277,7 @@ class TestPaper:
 
 
 def test_faces_that_supports_push_through_each_other() -> None:
-    """The left side is held above and below the mouth of the crack."""
+    """The left side is supported above and below the crack mouth."""
     outline = [
         *OUTLINE,
         {"at": [0, 40], "edge": "upper"},
@@ -302,7 +302,7 @@ def test_faces_that_supports_push_through_each_other() -> None:
 
 class TestReleases:
     def kinked(self, **changes: Any) -> dict[str, Any]:
-        """A crack that comes near the upper side at an angle, where no node may move."""
+        """A crack that approaches the upper side at an angle, where no node may move."""
         return plate(
             geometry={"outline": OUTLINE, "cracks": [{"points": [[0, 30], [8, 38]]}]},
             growth={"control": "crack", "increments": 6},

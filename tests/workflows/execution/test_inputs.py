@@ -1,4 +1,4 @@
-"""What results are made from is an input of the rule that makes them."""
+"""Every source of a result is an input of its rule."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DRAWN_WITH_REFERENCES = ["large_strain", "section_5_3", "section_5_4", "section_
 
 @pytest.fixture(scope="module")
 def inputs(root, tmp_path_factory, snakemake):
-    """Inputs by rule, but for those that depend on wildcards."""
+    """Inputs by rule, except those that depend on wildcards."""
     path = tmp_path_factory.mktemp("asking") / "Snakefile"
     path.write_text(
         f"include: {str(root / 'workflows' / 'Snakefile')!r}\n"

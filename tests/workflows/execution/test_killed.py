@@ -1,6 +1,6 @@
-"""Killed at random moments and started again: the same results, and never half a file.
+"""Runs killed at random times and restarted: equal results, no partial files.
 
-What CI does is a small part. The whole paper, killed twenty times, is
+CI runs a small part. The whole paper, killed twenty times, is
 ``pytest --log-cli-level=INFO tests/workflows/execution/test_killed.py`` with the environment
 ``KILLED_TARGET=reproduce-paper KILLS=20``.
 """
@@ -38,7 +38,7 @@ def start(folder, environment):
 
 
 def visible(folder):
-    """The results that can be seen; logs and measurements are Snakemake's own."""
+    """Result files without the logs and benchmarks of Snakemake."""
     results = folder / "results"
     found = {
         path.relative_to(results): path
@@ -51,7 +51,7 @@ def visible(folder):
 
 
 def assert_same(ours, theirs):
-    """Two whole files of the same content."""
+    """Compare two files."""
     if ours.suffix == ".nc":  # their attributes tell when they were made
         xr.testing.assert_equal(xr.load_dataset(ours), xr.load_dataset(theirs))
     elif ours.name == "overview.html":  # tells how long it took
@@ -64,7 +64,7 @@ def assert_same(ours, theirs):
 
 @pytest.fixture(scope="module")
 def whole(root, tmp_path_factory):
-    """What an undisturbed run makes, with what it needs to be run, and how long it took [s]."""
+    """Results of an undisturbed run, its configuration, and its run time [s]."""
     folder = tmp_path_factory.mktemp("whole")
     subprocess.run(["git", "clone", "-q", str(root), str(folder)], check=True)
     environment = {"NUMBA_CACHE_DIR": str(tmp_path_factory.mktemp("numba"))}

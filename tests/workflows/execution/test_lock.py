@@ -1,4 +1,4 @@
-"""A run that was killed leaves no lock and no litter to the next one."""
+"""A killed run leaves no lock and no temporary files to the next run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def locked(tmp_path):
 
 @pytest.fixture
 def other(locked, root):
-    """Another run that holds the kernel's lock; it has taken away no lock but its own."""
+    """Another run that holds the lock of the operating system."""
     text = locked.read_text()
     command = [sys.executable, "-c", HOLD, str(locked.parents[1])]
     process = subprocess.Popen(
@@ -51,7 +51,7 @@ def other(locked, root):
 
 
 def begin(locked):
-    """A further run begins."""
+    """Start another run."""
     alive = clear_after_kill(locked.parents[1])
     remove_unfinished(alive, locked.parents[2], OUTPUTS)
     return alive
@@ -59,7 +59,7 @@ def begin(locked):
 
 @pytest.fixture
 def unfinished(locked):
-    """What jobs write aside, all over the results."""
+    """Temporary files of jobs in all folders of results."""
     results = locked.parents[2] / "results"
     folder = results / "paper/.fig4.png.x1y_2z3a"
     paths = [
@@ -80,7 +80,7 @@ def touch(paths):
 
 @pytest.mark.parametrize(("host", "freed"), [(socket.gethostname(), True), ("elsewhere", False)])
 def test_a_lock_that_nobody_holds_is_freed(locked, host, freed):
-    """But not that of another machine, whose kernel need not tell."""
+    """A lock of another machine is kept: its state is not known."""
     (locked.parents[1] / "alive").write_text(host)
     os.close(begin(locked))
     assert locked.exists() != freed
@@ -125,7 +125,7 @@ def test_what_is_in_a_folder_that_a_run_holds_is_left(locked, unfinished):
 
 
 def test_snakemake_goes_on_after_a_kill_and_waits_for_none_that_runs(root, tmp_path, snakemake):
-    """The whole of it, on a workflow of one job that waits."""
+    """The whole sequence, on a workflow of one job that waits."""
     (tmp_path / "Snakefile").write_text(
         f"import sys; sys.path.insert(0, {str(root)!r})\n"
         "from pathlib import Path\n"

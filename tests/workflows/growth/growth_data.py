@@ -1,4 +1,4 @@
-"""Datasets of growing cracks made up for tests: paths along the references, plain numbers."""
+"""Synthetic datasets of growing cracks for tests: paths along the references."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def history(paths, ended="arrived", end="arrived_boundary", n_points=790.0, **va
 
 
 def stack(histories):
-    """Runs along a dimension variant, as a study has them: steps that one has not are nan."""
+    """Runs along the dimension variant, as in a study: missing steps are nan."""
     return xr.concat(
         histories.values(),
         xr.Variable("variant", list(histories)),
@@ -68,7 +68,7 @@ def straight(n, **values):
 
 
 def edge():
-    """The edge crack: straight across; G and a turning load as converged computations have them."""
+    """The edge crack: straight; G and load with a limit point, as in converged computations."""
     x = np.linspace(100.0, 500.0, 21)
     G = np.interp(x, list(FIXED_GRIPS), list(FIXED_GRIPS.values()))
     turning = 0.05 + 1e-6 * (x - 300.0) ** 2
@@ -97,14 +97,14 @@ SIZES = ("hoop_first_2.76", "hoop_first_1.38", "hoop_second_2.76", "t6_first_2.7
 
 
 def shear():
-    """The path under shear through the points of its limit."""
+    """The path under shear through its converged points."""
     first = [35.0, 80.0], [37.5, 80.0 - 2.5 * np.tan(np.radians(14.68))]
     path = np.vstack([*first, reference("shear_plate_limit"), [70.0, 73.5]])
     return stack({name: history({"crack_1": path}) for name in (*SHEAR, *SIZES)})
 
 
 def holes():
-    """The paths at two holes through their points; energies as they should be."""
+    """The paths at two holes through their reference points; balanced energies."""
     left = np.vstack([[1.0, 2.85], reference("holes_points"), [16.0, 5.0]])
     both = {"left_crack": left, "right_crack": [20.0, 10.0] - left}
     n = len(left)
@@ -146,7 +146,7 @@ SPECIMENS = {
 
 
 def beam():
-    """The paths at three holes along their references, with the kinks these have."""
+    """The paths at three holes along their references, with the reference kinks."""
     variants = {}
     for case, (start, kink) in SPECIMENS.items():
         angle = np.radians(90.0 - kink)

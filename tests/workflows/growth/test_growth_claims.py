@@ -1,4 +1,4 @@
-"""Claims of sections 5.2 to 5.5 follow the data: what misses a bar has not held."""
+"""Claims of sections 5.2 to 5.5 follow the data: values beyond a bound fail."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def evidence():
 
 
 def held(evidence, claim, words):
-    """The verdicts of those claims whose text holds all the words."""
+    """The verdicts of the claims whose text contains all the words."""
     decided = claim(evidence)
     decided = decided if isinstance(decided, list) else [decided]
     found = [one.held for one in decided if all(word in one.claim for word in words)]
@@ -46,7 +46,7 @@ moved, scaled, ended = made_up.moved, made_up.scaled, made_up.ended
 
 
 def without_arrest(beam):
-    """No crack comes to the bottom hole."""
+    """No crack arrives at the bottom hole."""
     return moved(moved(beam, "cf_10_6", 5.0), "hoop_10_6", 5.0)
 
 
@@ -148,7 +148,7 @@ def test_a_path_that_ends_before_the_points_has_not_held(evidence):
 
 
 def test_the_last_ligament_must_break_by_itself(evidence):
-    """If it gave back less than g_c takes, the loss at the arrival would be no jump."""
+    """If it released less than g_c needs, the loss at the arrival would not be a jump."""
     slow = xr.where(evidence.holes.variant == "crack_control", 0.02, evidence.holes.load_factor)
     calm = evidence.holes.assign(load_factor=slow)
     calm = scaled(calm, "crack_control", "strain_energy", xr.where(calm.step < 6, 1.0, 10.0 / 27.0))

@@ -1,4 +1,4 @@
-"""Figures 9 to 16 by the data in them."""
+"""Figures 9 to 16: the data that they show."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SCENES = {
 
 
 class Drawn:
-    """Draws one figure from a dataset, and tells what its axes show."""
+    """Draws one figure from a dataset and returns the data of its axes."""
 
     def __init__(self, folder, scenes, monkeypatch):
         self.folder, self.scenes = folder, scenes
@@ -133,7 +133,7 @@ def test_fig15_shows_each_specimen(drawn):
 
 
 def test_fig16_shows_the_gap(drawn):
-    """A path straight up, 10 mm left of the centre of the hole, has a gap of 10 mm less 6.35."""
+    """A vertical path 10 mm left of the centre of the hole has a gap of 10 mm less 6.35 mm."""
     upright = made_up.history({"crack_1": [[142.4, 38.1], [142.4, 100.0], [142.4, 150.0]]})
     along = made_up.history({"crack_1": reference("beam_15_5")})
     variants = {
@@ -156,7 +156,7 @@ def test_distance_to_path():
 
 
 def test_every_reference_is_drawn():
-    """However many: markers come again."""
+    """Any number of references: markers repeat."""
     axes = Figure().add_subplot()
     figures._draw_reference(axes, {f"author {k}": np.array([[k, 1.0]]) for k in range(5)})
     assert [line.get_xdata().tolist() for line in axes.lines] == [[k] for k in range(5)]

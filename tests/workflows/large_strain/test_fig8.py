@@ -19,7 +19,7 @@ LOST = {"hencky_T3_4": 0.14, "hencky_T6_4": 0.11, "hencky_T6_0.5": 0.04}
 
 
 def made_up() -> xr.Dataset:
-    """All variants as they should be: FEM in place of cfmpm, and the paths end where it says."""
+    """Synthetic variants: FEM values in place of cfmpm, with the expected ends of the paths."""
     ends = {"hencky_T3_4": 0.7, "hencky_T6_4": 0.36, "hencky_T6_0.5": 0.2, "hencky_dead": 0.33}
     ends |= {"hencky_paper": 0.05, "ciarlet_paper": 0.05, "hencky_following": 0.3}
     at = np.array(list(claims.CONVERGED))
@@ -92,7 +92,7 @@ def test_a_departure_that_is_not_that_of_the_fem_has_not_held():
 
 
 def test_paths_that_would_contradict_the_verdicts_change_them():
-    """The verdicts are of the data: a paper mode to 50 %, finer grids that go further."""
+    """Verdicts follow the data: paper mode to 50 %, finer grids that go further."""
     data = made_up()
     whole = data.sel(variant="neo_hookean_T3_4")
     for name in ("elongation", "cf_norm", "J"):
@@ -115,7 +115,7 @@ def test_fem_points_are_stable_states(law, element):
 
 
 def test_dataset_of_a_coarse_grid(root, tmp_path):
-    """One run by each formulation; the paths end where the runs do."""
+    """One run with each formulation; the paths end with the runs."""
     coarse = {"mesh": {"element": "T3", "size": 100, "grading": {"tip_size": 40}}, "load_steps": 20}
     names = {
         "hencky_T3_4": coarse,

@@ -1,4 +1,4 @@
-"""The notebooks run, and what they show is right."""
+"""The notebooks run and give the expected values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAMES = sorted(path.stem for path in NOTEBOOKS.glob("*.py"))
 
 @pytest.fixture(autouse=True)
 def no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Figures stay in memory, and leave no style behind."""
+    """Figures are not shown, and the style is restored."""
     monkeypatch.chdir(NOTEBOOKS)  # where Jupyter runs a notebook
     with mpl.rc_context():
         plt.switch_backend("agg")
@@ -29,7 +29,7 @@ def no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def run(name: str) -> dict[str, Any]:
-    """Run a notebook; its variables."""
+    """Run a notebook and return its variables."""
     variables = runpy.run_path(f"{name}.py")
     for number in plt.get_fignums():
         figure = plt.figure(number)
