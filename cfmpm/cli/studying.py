@@ -64,7 +64,8 @@ def study(
     from cfmpm.study.running import run_members, usable_cores
     from cfmpm.study.store import DATASET, MEMBERS, Store
 
-    plan = load_study(study_file)
+    with log_shown(not quiet):
+        plan = load_study(study_file)
     if check_:
         typer.echo(summary.of_plan(plan))
         return

@@ -19,6 +19,10 @@ PATIENCE = 5
 ROUNDS = 200
 # A pivot below this fraction of its diagonal entry is round-off.
 NOISE = 1e-15
+ROUND_OFF = float(np.finfo(float).eps)
+# Block pivots with motions as unknowns before the springs are softened again; and the part of the
+# largest below which closed pairs do not determine a motion.
+ATTEMPTS, UNDETERMINED = 20, 1e-10
 
 
 class Solver(Protocol):
@@ -92,7 +96,9 @@ class Flexibility:
             chosen = self._matrix[np.ix_(closed, closed)] + more[closed] @ more[closed].T
             force[closed] = _closing_force(chosen, gap[closed])
             opening = gap + self._matrix @ force + more @ (more.T @ force)
-            wrong = np.where(closed, force < 0.0, opening < -slack)
+            # What soft springs yield to is known to the round-off of the sum of its forces only.
+            noise = ROUND_OFF * (np.abs(more) @ (np.abs(more).T @ np.abs(force)))
+            wrong = np.where(closed, force < 0.0, opening < -slack - noise)
             count = int(wrong.sum())
             if count == 0:
                 return force
@@ -109,11 +115,58 @@ class Flexibility:
             "smaller elements along the crack, or grading: uniform, may help"
         )
 
+    def force_beside_motions(
+        self, gap: Floats, slack: float, parting: Floats, closed: NDArray[np.bool_]
+    ) -> tuple[Floats, Floats] | None:
+        """Find the forces of the pairs together with rigid motions that nothing resists.
+
+        Parameters
+        ----------
+        gap, slack
+            As of `complementary_force`.
+        parting : (k, m) float
+            Openings of the pairs by the motions.
+        closed : (k,) bool
+            Pairs that are closed, to begin with.
+
+        Returns
+        -------
+        force : (k,) float
+            Without a resultant on any motion: parting^T force = 0.
+        moved : (m,) float
+            The motions. What no closed pair determines stays 0.
+        None
+            If block pivoting from the given pairs does not end.
+
+        Notes
+        -----
+        Closed pairs with the flexibility M and the openings P by the motions have
+        M p + P a = -gap and P^T p = 0, which is solved for a by its Schur complement.
+        """
+        closed = closed.copy()
+        for _ in range(ATTEMPTS):
+            if not closed.any():
+                return None
+            self._find(closed)
+            chosen, of_motions = self._matrix[np.ix_(closed, closed)], parting[closed]
+            solved = _closing_force(chosen, np.column_stack([gap[closed], of_motions]))
+            left = of_motions.T @ solved
+            found = np.linalg.lstsq(left[:, 1:], left[:, 0], rcond=UNDETERMINED)[0]
+            moved = -np.asarray(found, float)
+            force = np.zeros(len(gap))
+            force[closed] = solved[:, 0] + solved[:, 1:] @ moved
+            opening = gap + self._matrix @ force + parting @ moved
+            wrong = np.where(closed, force < 0.0, opening < -slack)
+            if not wrong.any():
+                return force, moved
+            closed ^= wrong
+        return None
+
 
 def _closing_force(flexibility: Floats, gap: Floats) -> Floats:
-    """Forces that close the pairs of a flexibility."""
+    """Forces that close the pairs of a flexibility, (k,) or (k, j) for j gaps of each."""
     if not len(gap):
-        return np.zeros(0)
+        return np.zeros_like(gap)
     try:
         factor = cho_factor(flexibility)
         sound = np.square(factor[0].diagonal()) > NOISE * flexibility.diagonal()

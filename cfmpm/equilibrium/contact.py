@@ -241,6 +241,10 @@ def _force_beside_free_parts(
         pressed = flexibility.complementary_force(gap + parting @ moved, slack, springs)
         left = parting.T @ pressed
         moved += yields * left
+        exact = flexibility.force_beside_motions(gap + parting @ moved, slack, parting, pressed > 0)
+        if exact is not None:
+            pressed, moved = exact[0], moved + exact[1]
+            return pressed, np.divide(moved, size, where=size > 0.0, out=np.zeros_like(moved))
         if np.abs(parting @ left).max() * softest <= slack / SOFT:
             return pressed, np.divide(moved, size, where=size > 0.0, out=np.zeros_like(moved))
         # What a body yields in all can be much more than a pair does.

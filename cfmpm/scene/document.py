@@ -107,7 +107,7 @@ class Document:
             try:
                 key = parse_key(text)
                 made = key[: _depth(data, key) + 1]
-                data = _replaced(data, key, value)
+                data = replaced(data, key, value)
             except LookupError as error:
                 of = text if text in written else ""
                 problems.append(
@@ -133,6 +133,7 @@ def dotted(key: Key) -> str:
     return "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in key).removeprefix(".")
 
 
+@lru_cache(maxsize=1024)
 def parse_key(text: str) -> Key:
     """Read a dotted key.
 
@@ -364,7 +365,7 @@ def _depth(data: Any, key: Key) -> int:
     return len(key)
 
 
-def _replaced(data: Any, key: Key, value: Any) -> Any:
+def replaced(data: Any, key: Key, value: Any) -> Any:
     """Return a copy of `data` with one value replaced; missing mappings along the key are made."""
     if not key:
         return value
@@ -375,11 +376,11 @@ def _replaced(data: Any, key: Key, value: Any) -> Any:
             raise LookupError(
                 f"there is no entry [{head}]: {length} entries are given, counted from [0]"
             )
-        return [*data[:head], _replaced(data[head], rest, value), *data[head + 1 :]]
+        return [*data[:head], replaced(data[head], rest, value), *data[head + 1 :]]
     if isinstance(data, list):
         raise LookupError(f"{head} is a key, but this is a list: give an index, such as [0]")
     inner = dict(data) if isinstance(data, Mapping) else {}
-    return inner | {head: _replaced(inner.get(head), rest, value)}
+    return inner | {head: replaced(inner.get(head), rest, value)}
 
 
 def _why_unreadable(error: Exception) -> str:

@@ -112,11 +112,17 @@ class BodyShape:
         distance : float
             [mm].
         """
-        found = ((name, side.nearest(point)) for name, side in self.sides)
-        name, at, distance = min(
-            ((name, at, math.dist(at, point)) for name, at in found), key=lambda f: f[2]
-        )
-        return name, at, distance
+        if point not in self._nearest:
+            found = ((name, side.nearest(point)) for name, side in self.sides)
+            self._nearest[point] = min(
+                ((name, at, math.dist(at, point)) for name, at in found), key=lambda f: f[2]
+            )
+        return self._nearest[point]
+
+    @cached_property
+    def _nearest(self) -> dict[XY, tuple[str, XY, float]]:
+        """Results of `nearest`: the rules need those of the same few points many times."""
+        return {}
 
     def is_on_boundary(self, point: XY) -> bool:
         """Whether a point is within `ON` times the size of the body from the boundary."""

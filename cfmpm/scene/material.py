@@ -31,7 +31,7 @@ class MaterialKeys(Model):
     def _has_the_constants_of_its_law(self) -> Self:
         law = LAWS[self.law]
         own = {constant.name for constant in law.constants}
-        for constant in _constants().values():
+        for constant in _CONSTANTS.values():
             value = getattr(self, constant.name)
             if constant.name in own and value is None:
                 raise refusal(constant.name, f"is missing: the law {self.law} needs it")
@@ -75,6 +75,8 @@ def _field(constant: Constant) -> Any:
     return kind, Field(constant.default, description=constant.description)
 
 
+_CONSTANTS = _constants()
+
 if TYPE_CHECKING:
 
     class Material(MaterialKeys):
@@ -94,5 +96,5 @@ else:
                 + "; ".join(f"{word}: {law.description}" for word, law in LAWS.items()),
             ),
         ),
-        **{name: _field(constant) for name, constant in _constants().items()},
+        **{name: _field(constant) for name, constant in _CONSTANTS.items()},
     )

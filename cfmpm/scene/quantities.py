@@ -23,7 +23,7 @@ def _number(value: Any) -> float:
     """Refuse booleans and non-finite numbers, which pydantic accepts as floats."""
     if isinstance(value, bool):
         raise ValueError("must be a number, not true or false")
-    if not isinstance(value, str | Real):
+    if not isinstance(value, float | int | str | Real):  # Real last: it is slow to ask for
         raise ValueError("must be a number")
     try:
         number = float(value)

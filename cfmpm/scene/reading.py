@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -138,8 +138,45 @@ def config_hash(scene: Scene) -> str:
     str
         Hexadecimal digits.
     """
-    text = json.dumps(_content(scene), sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hash_of_texts(config_texts(scene))
+
+
+def config_texts(scene: Scene, keys: Collection[str] | None = None) -> dict[str, str]:
+    """Return what `config_hash` takes of each top-level key, as JSON.
+
+    Parameters
+    ----------
+    scene : Scene
+    keys : collection of str or None
+        Top-level keys; default: all.
+
+    Returns
+    -------
+    dict of str to str
+        Without the keys that have no value.
+    """
+    content = _content(scene, keys)
+    return {
+        key: json.dumps(value, sort_keys=True, separators=(",", ":"))
+        for key, value in content.items()
+    }
+
+
+def hash_of_texts(texts: Mapping[str, str]) -> str:
+    """Return the config hash of a scene.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        All texts of `config_texts`, in any order.
+
+    Returns
+    -------
+    str
+        Hexadecimal digits.
+    """
+    text = ",".join(f'"{key}":{texts[key]}' for key in sorted(texts))
+    return hashlib.sha256(f"{{{text}}}".encode()).hexdigest()
 
 
 def changed_keys(one: Scene, other: Scene) -> list[str]:
@@ -157,10 +194,11 @@ def changed_keys(one: Scene, other: Scene) -> list[str]:
     return [key for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]
 
 
-def _content(scene: Scene) -> dict[str, Any]:
-    """Return the effective config without the path of a mesh file."""
-    config = effective_config(scene)
-    if scene.mesh_file is not None:
+def _content(scene: Scene, keys: Collection[str] | None = None) -> dict[str, Any]:
+    """Return the effective config, or some of its keys, without the path of a mesh file."""
+    include = None if keys is None else set(keys)
+    config = scene.model_dump(mode="json", exclude_none=True, include=include)
+    if "mesh_file" in config:
         del config["mesh_file"]["file"], config["mesh_file"]["folder"]
     return config
 

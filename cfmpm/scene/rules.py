@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
 
 from cfmpm.elements.record import find_element
@@ -14,6 +15,7 @@ from cfmpm.registry.laws import LAWS
 from cfmpm.scene.body import Geometry, MeshFile, Region
 from cfmpm.scene.families import expand, key_as_written
 from cfmpm.scene.geometry import BodyShape
+from cfmpm.scene.material import Material
 from cfmpm.scene.mesh import Grading, Mesh
 from cfmpm.scene.model import Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
@@ -30,11 +32,28 @@ from cfmpm.scene.rules_load import (
 MOST_TRIANGLES = 2e7
 
 
+# Keys of a scene that `rules_of_body` depends on.
+BODY_KEYS = ("geometry", "family", "mesh_file", "loads", "mesh", "fracture", "growth")
+
+
+@dataclass(frozen=True)
+class BodyFindings:
+    """What the rules of the body find in a scene.
+
+    Attributes
+    ----------
+    found : list of (str, str)
+        Dotted key in the scene file, and reason.
+    regions : dict of str to Material
+        Materials of the regions, by what their keys begin with in the expanded scene.
+    """
+
+    found: list[Finding]
+    regions: dict[str, Material]
+
+
 def broken_rules(scene: Scene) -> list[Finding]:
     """Return the rules that a scene breaks.
-
-    Distances are relative to the size of the body. A point nearer than 1e-6 to a line is on it. A
-    point at a distance between 1e-6 and 1e-4 is ambiguous and refused.
 
     Parameters
     ----------
@@ -51,33 +70,77 @@ def broken_rules(scene: Scene) -> list[Finding]:
     ValidationError
         If the parameters of a family give an invalid geometry.
     """
+    body = rules_of_body(scene)
+    return [*rules_of_keys(scene, body.regions), *body.found]
+
+
+def rules_of_keys(scene: Scene, regions: Mapping[str, Material]) -> list[Finding]:
+    """Return the broken rules that do not depend on the shape of the body.
+
+    Parameters
+    ----------
+    scene : Scene
+        Not expanded.
+    regions : mapping of str to Material
+        As in `BodyFindings`.
+
+    Returns
+    -------
+    list of (str, str)
+        Dotted key in the scene file, and reason.
+    """
+    materials = {"": scene.material, **regions}
+    found = [
+        *_toughness(scene, materials),
+        *_refinement(scene),
+        *_fatigue(scene),
+        *_kinematics(scene, materials),
+        *_formulation(scene),
+        *_growth_of_element(scene),
+    ]
+    return _as_written(scene, found)
+
+
+def rules_of_body(scene: Scene) -> BodyFindings:
+    """Find the broken rules of the body, its loads and its element sizes.
+
+    Distances are relative to the size of the body. A point nearer than 1e-6 to a line is on it. A
+    point at a distance between 1e-6 and 1e-4 is ambiguous and refused.
+
+    Parameters
+    ----------
+    scene : Scene
+        Not expanded. Only the keys `BODY_KEYS` are used, since studies check the scenes that agree
+        in these keys once.
+
+    Returns
+    -------
+    BodyFindings
+
+    Raises
+    ------
+    ValidationError
+        If the parameters of a family give an invalid geometry.
+    """
     if scene.mesh_file is not None:
-        return [
+        found = [
             *_mesh_file(scene.mesh_file),
             *_sizes_of_mesh_file(scene.mesh),
             *_names_of_loads(scene),
             *contradictions(scene),
             *swallowed_loads(scene),
-            *_toughness(scene, "mesh_file", scene.mesh_file.regions),
-            *_refinement(scene),
-            *_fatigue(scene),
-            *_kinematics(scene, "mesh_file", scene.mesh_file.regions),
             *_nothing_to_grow(scene, bool(scene.mesh_file.cracks)),
-            *_formulation(scene),
-            *_growth_of_element(scene),
         ]
+        return BodyFindings(found, _materials("mesh_file", scene.mesh_file.regions))
     whole = expand(scene)
     geometry = whole.geometry
     assert geometry is not None
     found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
     found += [*contradictions(whole), *swallowed_loads(whole)]
-    found += [*_toughness(scene, "geometry", geometry.regions), *_refinement(scene)]
-    found += [*_fatigue(scene), *_kinematics(scene, "geometry", geometry.regions)]
-    found += [*_formulation(scene), *_growth_of_element(scene)]
     broken = list(broken_lines(geometry))
     found += broken
     if not broken:  # the rules below need valid closed lines
-        body = BodyShape.of(whole)
+        body = BodyShape(geometry)
         misplaced = [
             *misplaced_holes(body),
             *misplaced_regions(body),
@@ -89,7 +152,15 @@ def broken_rules(scene: Scene) -> list[Finding]:
             _nothing_to_grow(scene, bool(body.tips)),
             _sizes(whole, body),
         )
+    return BodyFindings(_as_written(scene, found), _materials("geometry", geometry.regions))
+
+
+def _as_written(scene: Scene, found: list[Finding]) -> list[Finding]:
     return [(key_as_written(scene, key), reason) for key, reason in found]
+
+
+def _materials(body: str, regions: Sequence[Region]) -> dict[str, Material]:
+    return {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
 
 
 def _sizes_of_mesh_file(mesh: Mesh) -> Iterator[Finding]:
@@ -176,11 +247,9 @@ def _fatigue(scene: Scene) -> Iterator[Finding]:
         yield "growth.tips", "largest does not go with control: fatigue: all tips advance"
 
 
-def _kinematics(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
+def _kinematics(scene: Scene, materials: Mapping[str, Material]) -> Iterator[Finding]:
     """Keys that do not go with finite deformation, and keys that need it."""
-    parts = {"": scene.material}
-    parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
-    plastic = [(part, each.law) for part, each in parts.items() if LAWS[each.law].plastic]
+    plastic = [(part, each.law) for part, each in materials.items() if LAWS[each.law].plastic]
     part, law = plastic[0] if plastic else ("", "")
     if plastic and scene.kinematics != "finite":
         yield f"{part}material.law", f"{law} needs kinematics: finite"
@@ -276,13 +345,11 @@ def _growth_of_element(scene: Scene) -> Iterator[Finding]:
         )
 
 
-def _toughness(scene: Scene, body: str, regions: Sequence[Region]) -> Iterator[Finding]:
+def _toughness(scene: Scene, materials: Mapping[str, Material]) -> Iterator[Finding]:
     """Materials without g_c in a scene with growth."""
     if scene.growth is None or scene.growth.control == "fatigue":
         return
-    parts = {"": scene.material}
-    parts |= {f"{body}.regions[{i}].": region.material for i, region in enumerate(regions)}
-    for part, material in parts.items():
+    for part, material in materials.items():
         if material.g_c is None:
             yield f"{part}material.g_c", "is missing: growth needs a critical energy release rate"
 

@@ -17,7 +17,8 @@ from cfmpm.scene.document import parse_key
 from cfmpm.scene.model import Scene
 from cfmpm.scene.quantities import Count, Name, Number, Text
 
-# All are checked before the first is solved, which takes a millisecond and 14 kB each.
+# All are checked before the first is solved. Each takes 0.05 ms and 4 kB, and 0.6 ms if its body
+# differs from that of all others.
 MOST_MEMBERS = 100_000
 KEY = "key of the scene, such as mesh.size or loads[0].traction[1]"
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import os
 import re
+import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -17,7 +19,7 @@ from pydantic import ValidationError
 
 from cfmpm.errors import Problem, SceneError
 from cfmpm.program import program_files
-from cfmpm.scene import Scene, config_hash, scene_from_document
+from cfmpm.scene import Scene
 from cfmpm.scene.document import Document, Key, Place, parse_key, read_document
 from cfmpm.scene.wording import refusals, shown
 from cfmpm.study import expansion
@@ -26,13 +28,19 @@ from cfmpm.study.layout import RESERVED
 from cfmpm.study.measuring import Measure, find_measure
 from cfmpm.study.member import Job
 from cfmpm.study.model import Study
+from cfmpm.study.scenes import MemberScenes
 from cfmpm.versions import DECIDING, versions
 
 # Largest number of reported problems of members; those that differ only in numbers count as one.
 MOST_TOLD = 10
 # After so many the rest is not checked: of a hundred thousand members that takes minutes.
 MOST_REFUSED = 1000
+# Time of checking that is announced, and after how long it is [s].
+LONG, SOON = 10.0, 2.0
 NUMBER = re.compile(r"-?\d[\d.]*(e[+-]?\d+)?")
+
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -190,20 +198,15 @@ def _members(
     only: range | None,
 ) -> tuple[Member, ...]:
     written, varied = _written(study, document)
-    parameters = {name: parameter for _, name, parameter in study.parameters()}
+    scenes = MemberScenes(study, base, folder, axes, written)
     members: list[Member] = []
     first: dict[Problem, tuple[Problem, str]] = {}  # by the problem without its numbers
     many: Counter[Problem] = Counter()
     bad = 0
-    for index in expansion.places(axes, only):
-        overrides = dict(study.replace)
-        called: dict[str, Any] = {}
-        for axis, i in zip(axes, index, strict=True):
-            for name, values in axis.values.items():
-                overrides |= parameters[name].replaced(values[i])
-            called |= {name: labels[i] for name, labels in axis.labels.items()}
+    total = expansion.count(axes) if only is None else len(only)
+    for index in _announced(expansion.places(axes, only), total):
         try:
-            scene = scene_from_document(base.overridden(overrides, written), folder)
+            scene, config_hash = scenes.scene(index)
         except SceneError as error:
             bad += 1
             kinds = {replace(p, reason=NUMBER.sub("#", p.reason)): p for p in error.problems}
@@ -214,7 +217,12 @@ def _members(
             if bad == MOST_REFUSED:
                 break
         else:
-            members.append(Member(index, called, scene, _key(scene)))
+            called = {
+                name: labels[i]
+                for axis, i in zip(axes, index, strict=True)
+                for name, labels in axis.labels.items()
+            }
+            members.append(Member(index, called, scene, _key(config_hash)))
     if bad:
         problems = []
         for kind, (problem, member) in first.items():
@@ -227,6 +235,19 @@ def _members(
             problems.append(Problem(reason, file=document.root.file))
         raise SceneError(problems)
     return tuple(members)
+
+
+def _announced(places: Iterator[tuple[int, ...]], total: int) -> Iterator[tuple[int, ...]]:
+    """Pass the indices of members on, and log how long checking takes if that is long."""
+    begin, told = time.process_time(), False
+    for number, index in enumerate(places, 1):
+        yield index
+        passed = time.process_time() - begin
+        if passed > SOON and not told:
+            told = True
+            expected = passed / number * total
+            if expected > LONG:
+                log.info("checking all %d members first takes about %.0f s", total, expected)
 
 
 def _written(study: Study, document: Document) -> tuple[dict[str, Place], dict[Key, Place]]:
@@ -273,8 +294,8 @@ def _placed(
     return Problem(str(problem), called, file, at.line, at.column)
 
 
-def _key(scene: Scene) -> str:
-    text = f"{config_hash(scene)} {program_hash()}"
+def _key(config_hash: str) -> str:
+    text = f"{config_hash} {program_hash()}"
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

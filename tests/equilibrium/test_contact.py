@@ -112,3 +112,50 @@ def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     assert (force >= 0).all()
     assert opening.min() > -1e-9 * max(1.0, np.abs(force).max() * np.linalg.norm(np.linalg.inv(K)))
     assert np.abs(opening[force > 0]).max(initial=0.0) < 1e-9 * np.linalg.cond(K)
+
+
+@pytest.mark.parametrize("soft", [1e4, 1e9])
+def test_soft_springs_are_no_reason_to_overlap(soft: float) -> None:
+    """What they yield to is a difference of large numbers, which is not taken for an overlap."""
+    rng = np.random.default_rng(3)
+    n, m = 40, 3
+    part = rng.normal(size=(n, n)) / np.sqrt(n)
+    flexibility = part @ part.T + 0.1 * np.eye(n)
+    parting, gap = rng.normal(size=(n, m)), rng.normal(size=n)
+    body = Flexibility(flexibility)
+    pairs = complementarity.Flexibility(csc_array(eye_array(n)), body)
+    springs = np.sqrt(soft) * parting
+    force = pairs.complementary_force(gap, 1e-12, springs)
+    # Open pairs that touch just so, as behind a part that has moved.
+    gap[force == 0.0] -= (gap + (flexibility + springs @ springs.T) @ force)[force == 0.0]
+    again = pairs.complementary_force(gap, 1e-12, springs)
+    assert again.min() >= 0.0
+    np.testing.assert_allclose(again, force, atol=1e-12 * soft * force.max())
+
+
+def test_motions_that_nothing_resists_are_found_with_the_forces() -> None:
+    """No resultant on a motion, no overlap, no tension, no force on an open pair."""
+    rng = np.random.default_rng(5)
+    n, m = 40, 3
+    part = rng.normal(size=(n, n)) / np.sqrt(n)
+    flexibility = part @ part.T + 0.1 * np.eye(n)
+    parting, gap = rng.normal(size=(n, m)), rng.normal(size=n)
+    body = Flexibility(flexibility)
+    pairs = complementarity.Flexibility(csc_array(eye_array(n)), body)
+    soft = pairs.complementary_force(gap, 1e-12, 1e2 * parting)
+    found = pairs.force_beside_motions(gap, 1e-12, parting, soft > 0.0)
+    assert found is not None
+    force, moved = found
+    opening = gap + flexibility @ force + parting @ moved
+    scale = np.abs(force).max()
+    assert force.min() >= 0.0
+    assert force.max() > 0.0
+    assert opening.min() > -1e-11
+    assert np.abs(parting.T @ force).max() < 1e-11 * scale
+    assert np.abs(opening * force).max() < 1e-11 * scale
+
+
+def test_no_closed_pairs_determine_no_motion() -> None:
+    pairs = complementarity.Flexibility(csc_array(eye_array(2)), Flexibility(np.eye(2)))
+    nothing = np.zeros(2, bool)
+    assert pairs.force_beside_motions(np.array([1.0, -1.0]), 0.0, np.eye(2), nothing) is None

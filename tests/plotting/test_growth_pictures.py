@@ -1,4 +1,4 @@
-"""Figures of growth: the data that they show."""
+"""Figures of crack growth: the data that they show."""
 
 from __future__ import annotations
 

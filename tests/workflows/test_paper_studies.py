@@ -1,4 +1,4 @@
-"""The studies of the paper are good ones, and fit the schema that an editor has for them."""
+"""The studies of the paper are valid and agree with the schema for editors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole paper from a clean clone: once, and once more."""
+"""The whole paper from a clean clone, twice."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EVERYTHING = [
 
 @pytest.fixture(scope="module")
 def reproduced(root, tmp_path_factory, snakemake):
-    """A clean clone of HEAD in which all was made, with a cold cache of kernels."""
+    """A clean clone of HEAD with all results, made with an empty kernel cache."""
     folder = tmp_path_factory.mktemp("clone")
     subprocess.run(["git", "clone", "-q", str(root), str(folder)], check=True)
     environment = {"NUMBA_CACHE_DIR": str(folder / ".numba")}
@@ -67,7 +67,7 @@ def test_report(reproduced, snakemake):
 
 
 class Page(html.parser.HTMLParser):
-    """What of the page is looked at: its pictures, its text."""
+    """Pictures and text of the page."""
 
     def __init__(self, text):
         super().__init__()

@@ -1,4 +1,4 @@
-"""A configuration that figures or claims could not be made from is refused."""
+"""A configuration that does not suffice for figures or claims is refused."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def refused(config, *words):
 
 @pytest.fixture
 def without(root, tmp_path):
-    """Put in the place of a study a copy that lacks some values of a parameter."""
+    """Replace a study by a copy without some values of a parameter."""
 
     def change(block, parameter, *missing):
         path = root / block["study"]
@@ -79,7 +79,7 @@ def test_a_large_strain_variant_that_is_missing(config, without, variant):
 
 
 def test_what_is_needed_is_what_figures_and_claims_are_tested_with():
-    """On made-up data of these variants and the sizes alone all figures are drawn."""
+    """All figures can be drawn from synthetic data of these variants and sizes only."""
     assert set(PULLED) == {*HENCKY, *NEO_HOOKEAN, *STRESS}
     for study, names in GROWN.items():
         made = set(getattr(made_up, study)().variant.values)

@@ -30,7 +30,7 @@ def test_dry_run_is_quick(snakemake, target):
 
 
 def jobs(done):
-    """How many jobs of each rule a dry run plans, targets left out."""
+    """Number of jobs of each rule in a dry run, without targets."""
     rows = [line.split() for line in done.stdout.splitlines() + done.stderr.splitlines()]
     pairs = [row for row in rows if len(row) == 2 and row[1].isdecimal()]
     found = {name: int(number) for name, number in pairs if not name.endswith(":")}

@@ -1,4 +1,4 @@
-"""What every picture has to say: the unit of each axis, in brackets behind its name."""
+"""Check of figures: each axis has its unit in brackets after its name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from matplotlib.ticker import FuncFormatter
 
 
 def require_units(figure: Figure) -> None:
-    """Refuse a figure in which numbers along an axis have no unit."""
+    """Raise an error for a figure with an axis of numbers without a unit."""
     for axes in figure.axes:
         # Colour bars are drawn by functions that have tests of their own.
         if axes.get_visible() and axes.get_label() != "<colorbar>":
@@ -18,6 +18,6 @@ def require_units(figure: Figure) -> None:
 
 
 def _has_numbers(axis: Axis) -> bool:
-    """Beside inner axes they are left out, and rows have names."""
+    """Inner axes have no tick labels, and categories have names."""
     shown = any(label.get_visible() for label in axis.get_ticklabels())
     return shown and not isinstance(axis.get_major_formatter(), FuncFormatter)

@@ -1,4 +1,4 @@
-"""The measurements of speed, on grids too small to measure."""
+"""The performance studies, on very small grids."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def test_formulation_and_law_are_axes(measured, tmp_path):
 
 
 def test_what_does_not_come_to_its_load_has_no_error(root):
-    """Hencky's law under a dead load that no state balances."""
+    """Hencky's law under a dead load without equilibrium."""
     replaced = {"loads": [], "family.traction": 100e3, "load_steps": 4}
     replaced |= {"mesh": {"element": "T3", "size": 80, "grading": "uniform"}}
     scene = str(root / "configs/paper/large_strain.yaml")
@@ -247,7 +247,7 @@ def test_figures_and_page(measured, tmp_path):
 
 
 def test_a_path_has_its_distance_and_the_error_of_values_along_it(measured):
-    """On the finer grid both are less; by default G is within 0.3 % on the whole path."""
+    """Both are smaller on the finer grid; by default G is within 0.3 % on the whole path."""
     dataset = of(xr.load_dataset(measured), problem="straight path")
     G = dataset.error.sel(quantity="G")
     coarse, fine, default = range(3)
@@ -260,7 +260,7 @@ def test_a_path_has_its_distance_and_the_error_of_values_along_it(measured):
 
 
 def grown(errors, grids):
-    """Paths made up for a test: by (order, direction) their errors on some grids."""
+    """Synthetic paths: errors on some grids by (order, direction)."""
     rows = [
         (way, grid, error, "path")
         for way, found in errors.items()
@@ -291,7 +291,7 @@ def grown(errors, grids):
 
 
 def test_ways_to_grow_are_compared_on_the_same_grids():
-    """By the geometric mean; a grid that was not run in all ways counts for none."""
+    """By the geometric mean over grids that were run with all options."""
     default, other = (1.0, "max_hoop"), (2.0, "cf")
     dataset = grown({default: [1.0, 2.0], other: [0.1, 3.2]}, ["a", "b"])
     beside = grown({other: [1e-9]}, ["c"]).isel(run=[0])
@@ -306,7 +306,7 @@ def test_ways_to_grow_are_compared_on_the_same_grids():
 
 
 def runs(cost, error, part):
-    """Gradings of a problem made up for a test: T6 of one size and several tip sizes."""
+    """Synthetic gradings of a problem: T6 of one size and several tip sizes."""
     # The problem is one that scikit-fem has solved too.
     cost, error, part = [*cost, 1.0], [*error, 1.0], [*part, "beside"]
     n = len(cost)

@@ -1,4 +1,4 @@
-"""The independent FEM at large strain is itself right: by closed forms, without cfmpm."""
+"""The independent FEM at large strain against closed forms, without cfmpm."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def turned(degrees):
 
 
 def states():
-    """Deformation gradients: random, with (nearly) repeated stretches, and far stretched."""
+    """Deformation gradients: random, with (nearly) equal stretches, and with large stretches."""
     rng = np.random.default_rng(4)
     random = ONE + 0.5 * rng.standard_normal((60, 2, 2))
     twin = [np.diag([1.5, 1.5 * (1 + gap)]) for gap in (0.0, 1e-15, 1e-12, 1e-8, 1e-4, 1e-2)]
@@ -142,7 +142,7 @@ def test_ellipticity_of_uniaxial_stretch():
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize(("element", "order"), [("T3", None), ("T6", None), ("T6", 4)])
 def test_patch(element, order, law):
-    """A homogeneous deformation of the rim, 30 % and turned, is found in the whole body."""
+    """Patch test: a homogeneous deformation of the boundary, 30 % with a rotation."""
     solid = bar(element, law, order=order)
     F = turned(25) @ np.array([[1.3, 0.2], [0.1, 0.8]])
     at = rim(solid)
@@ -163,7 +163,7 @@ def test_patch(element, order, law):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("element", ["T3", "T6"])
 def test_rigid_rotation_of_a_strained_body(element, law):
-    """By 170 degrees: no force more, same energy, same J."""
+    """By 170 degrees: no additional force, same energy, same J."""
     solid = bar(element, law)
     rng = np.random.default_rng(0)
     x = solid.nodes @ np.diag([0.9, 1.3]) + 0.02 * rng.standard_normal(solid.nodes.shape)
@@ -182,7 +182,7 @@ def test_rigid_rotation_of_a_strained_body(element, law):
 
 
 def stretched(solid):
-    """The bar pulled at its ends, its sides free."""
+    """The bar in tension with free sides."""
     loads = fem.hold(fem.no_loads(solid), end(solid, 0.0), 1)
     loads = fem.hold(loads, end(solid, 2.0), 1, 2.0)
     return fem.hold(loads, int(np.argmin(np.hypot(*solid.nodes.T))), 0)
@@ -216,7 +216,7 @@ def test_uniaxial_stretch_of_ciarlet():
 
 
 def test_dead_load_ends_at_the_limit_point():
-    """An uncracked Hencky bar under dead load carries E'/e and no more (stretch e)."""
+    """The limit load of an uncracked Hencky bar under dead load is E'/e, at stretch e."""
     solid = bar("T3", "hencky")
     pull = fem.traction_force(solid, lambda x: np.isclose(x[1], 2.0), (0.0, 1.0))
     assert pull[:, 1].sum() == pytest.approx(1.0, rel=1e-14)
@@ -263,7 +263,7 @@ def test_newton_is_quadratic(law):
 
 
 def test_path_independence_and_release_of_energy():
-    """J of two rings agrees, and with the difference of energy of a crack one element longer."""
+    """J of two rings agrees, also with the energy difference of a crack one element longer."""
     plate = plate_of_5_1.edge_crack("T6", 4.0, size=60.0, growth=0.3)
     solid = fem.make_solid(plate.nodes, plate.elements, "neo_hookean", 210e3, 0.3)
     loads = plate_of_5_1.pulled(plate, solid)
@@ -304,7 +304,7 @@ def test_known_plate():
 
 
 def test_stored_tables(root):
-    """One row of each table is computed anew."""
+    """One row of each table is computed again."""
     folder = Path(root) / "workflows/reference"
 
     def rows(name):

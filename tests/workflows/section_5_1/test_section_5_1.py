@@ -1,4 +1,4 @@
-"""Numbers of section 5.1, and whether the claims are decided by them."""
+"""Values of section 5.1, and claims that depend on them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def uniform(element, *sizes):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory, scene_file):
-    """The study on coarse grids: files by series, that of the grids, and which of T3 are there."""
+    """The study on coarse grids: files by series, the file of the grids, the T3 sizes."""
     folder = tmp_path_factory.mktemp("section_5_1")
     T3 = uniform("T3", 40, 25, 15)
     graded = {"element": "T6", "size": 60, "grading": {"tip_size": 0.05, "growth": 0.3}}
@@ -83,8 +83,8 @@ def test_equals_fem_of_its_own(files, name):
 def test_error_at_about_2581_triangles(scene_file):
     """-11.4 % of the handbook's 0.2558, the value of an earlier study on one such grid.
 
-    The norm on R = 50 mm, 2.4 elements, depends on which nodes the disc holds: grids of nearly
-    equal size scatter by a point. Hence the mean of five, within one point.
+    The norm for R = 50 mm, 2.4 elements, depends on which nodes are in the disc: grids of nearly
+    equal size scatter by one per cent. Hence the mean of five grids, within one per cent.
     """
     norms = []
     for size in (21.2, 21.3, 21.4, 21.5, 21.6):
@@ -118,7 +118,7 @@ def test_claims(evidence):
 
 
 def test_claims_follow_the_data(evidence):
-    """Other data, other answers."""
+    """Changed data change the verdicts."""
     fem = evidence.T3.scheme == "FEM"
     off = evidence.T3.assign(J=evidence.T3.J * xr.where(fem, 1 + 1e-6, 1.0))
     assert claims.equals_fem(replace(evidence, T3=off)).held == "no"

@@ -1,4 +1,4 @@
-"""The stability study: what counts as held, and what its page says."""
+"""The stability study: criteria of its cases, and its page."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_what_misses_its_reference_or_its_ending_has_not_held(study):
 
 
 def test_unknown_numbers_are_counted():
-    """The check itself: a history with a hole in it."""
+    """Check of the check: a history with a missing value."""
     result = run(load_scene(SCENE, COARSE))
     assert int(path_of_load(result).not_known) == 0
     result.history["J"][0] = np.nan
@@ -95,7 +95,7 @@ def test_a_case_is_compared_with_one_above_it():
 
 @pytest.mark.parametrize(("kind", "thinness"), [("none", 1.0), ("needles", 1e-3), ("caps", 1e-3)])
 def test_slivers_are_as_thin_as_said(tmp_path, kind, thinness):
-    """They fill the plate, and the thinnest has the height asked for."""
+    """They fill the plate, and the thinnest one has the requested height."""
     write_plate(tmp_path / "plate.msh", kind, thinness)
     scene = load_scene(
         SCENE,

@@ -34,7 +34,7 @@ batch: 2
 
 
 def why_not() -> str:
-    """Why no cluster can be started here; empty where one can."""
+    """Reason why no cluster can be started here; empty if one can."""
     places = os.environ["PATH"] + os.pathsep + "/usr/sbin"
     missing = [name for name in (*DAEMONS, *CLIENTS) if not shutil.which(name, path=places)]
     if missing:
@@ -46,7 +46,7 @@ def why_not() -> str:
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[dict[str, str]]:
-    """A cluster of one node; what the environment of its users is."""
+    """Start a cluster of one node; return the environment of its users."""
     pytest.importorskip("snakemake_executor_plugin_slurm")
     if reason := why_not():
         pytest.skip(reason)
@@ -89,7 +89,7 @@ def cluster() -> Iterator[dict[str, str]]:
 
 
 def configured(folder: Path) -> dict[str, str]:
-    """Write what the daemons read."""
+    """Write the configuration of the daemons."""
     key = folder / "munge.key"
     key.write_bytes(secrets.token_bytes(1024))
     key.chmod(0o400)
@@ -129,7 +129,7 @@ def free_port() -> int:
 
 
 def waited(path: Path) -> str:
-    """What a file holds once it holds something."""
+    """Wait until a file has contents, and return them."""
     for _ in range(100):
         if path.exists() and path.read_text().strip():
             return path.read_text().strip()

@@ -1,4 +1,4 @@
-"""Parameter studies by rules: which jobs there are, and that they give what `cfmpm study` gives."""
+"""Parameter studies by rules: their jobs, and results equal to those of `cfmpm study`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ mesh: {element: T3, size: 2, grading: uniform}
 
 @pytest.fixture
 def study(checkout, tmp_path):
-    """A study file outside of the repository."""
+    """A study file outside the repository."""
     (tmp_path / "scene.yaml").write_text(SCENE)
     path = tmp_path / "study.yaml"
     path.write_text(STUDY)
@@ -48,7 +48,7 @@ def study(checkout, tmp_path):
 
 @pytest.fixture
 def call(snakemake, checkout):
-    """Call Snakemake in the copy; what it said."""
+    """Call Snakemake in the copy and return its output."""
 
     def run(study, *arguments, **options):
         done = snakemake(
@@ -72,7 +72,7 @@ def jobs(said: str) -> list[str]:
 
 
 def plain(path: Path) -> xr.Dataset:
-    """A dataset without what differs between two runs."""
+    """A dataset without variables that differ between two runs."""
     dataset = xr.load_dataset(path).drop_vars(["run_time", "cpu_time"])
     for name in ("date_created", "history"):
         del dataset.attrs[name]
