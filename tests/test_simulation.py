@@ -207,6 +207,7 @@ def test_two_materials_share_the_load_by_stiffness():
                     {"edge": "edge_4", "displacement": {"x": 0}},
                     {"edge": "edge_2", "displacement": {"x": 0.2}},
                 ],
+                "kinematics": "small",
                 "mesh": {"element": "T3", "size": 1},
             }
         )
