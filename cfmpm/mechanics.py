@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,20 +12,18 @@ from cfmpm.body import transfer
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.clock import Clock
-from cfmpm.equilibrium import newton, small_strain, stepping
+from cfmpm.equilibrium import small_strain, stepping
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
-from cfmpm.fracture import cf
+from cfmpm.fracture import cf, finite_effect
 from cfmpm.scene.model import Scene
 from cfmpm.updated import reference
 
-# Relative change of the energy by finite deformation above which `auto` takes it into account. A
-# tenth of this would be exceeded by steel at half its yield stress (strain 1e-3), which would then
-# have no K.
+# Relative change of the energy or of J by finite deformation above which `auto` takes it into
+# account. A tenth of this would be exceeded by steel at half its yield stress (strain 1e-3), which
+# would then have no K.
 NEGLIGIBLE = 1e-2
-# Energy over modulus times displacement squared below which it is round-off of a rigid motion.
-ROUND_OFF = 1e-24
 
 
 def load_levels(scene: Scene) -> list[float]:
@@ -89,6 +88,7 @@ def solve(
     last: Equilibrium | None,
     level: float,
     clock: Clock,
+    reach: float | None = None,
 ) -> Equilibrium:
     """Solve for equilibrium of a body at a load factor.
 
@@ -105,6 +105,9 @@ def solve(
     level : float
         Load factor.
     clock : Clock
+    reach : float, optional
+        Load factor at which the state is of interest, near enough to judge whether finite
+        deformation may be felt; by default the largest of the load steps.
 
     Returns
     -------
@@ -119,30 +122,34 @@ def solve(
     problem = problem_of(body, gradients, scene.solver)
     if last is not None and last.finite:
         found = _solve_finite(problem, last, level, clock)
-        return replace(found, finite_effect=last.finite_effect)
+        return replace(
+            found, finite_effect=last.finite_effect, finite_effect_J=last.finite_effect_J
+        )
     if scene.kinematics == "finite":
         return _solve_finite(problem, None, level, clock)
     if last is not None and last.proportional:
         return last
     levels = load_levels(scene)
     largest = max(map(abs, levels))
-    balance = _solve_small(problem, 1.0 if problem.loading.is_proportional else level, clock)
-    # The kinematics do not change within a run.
-    may_be_finite = last is None and _may_be_finite(scene)
-    if balance.proportional:
-        effect = finite_effect(problem, balance, largest)
-        balance = replace(balance, finite_effect=effect / largest)
+    proportional = problem.loading.is_proportional
+    if proportional:
+        states = [_solve_small(body, problem, 1.0, clock, largest, reach or largest)]
     else:
-        effect = finite_effect(problem, balance)
-        balance = replace(balance, finite_effect=effect)
+        states = [_solve_small(body, problem, level, clock)]
+    # The kinematics do not change within a run.
+    if last is not None or not _may_be_finite(scene):
+        return states[0]
+    if not proportional:
         # The smallest and the largest load, and the fixed loads alone.
-        for end in {min(levels), max(levels), 0.0} if may_be_finite else ():
-            other = _solve_small(problem, end, clock)
-            effect = max(effect, finite_effect(problem, other))
-    if may_be_finite and (min(levels) < 0.0 or effect > NEGLIGIBLE):
-        found = _solve_finite(problem, None, level, clock)
-        return replace(found, finite_effect=effect / largest)
-    return balance
+        ends = {min(levels), max(levels), 0.0}
+        states += [_solve_small(body, problem, end, clock) for end in ends]
+    energy, J = _largest_effects(states)
+    at_largest = largest if proportional else 1.0
+    if min(levels) >= 0.0 and at_largest * np.nanmax(np.abs([energy, *J])) <= NEGLIGIBLE:
+        return states[0]
+    found = _solve_finite(problem, None, level, clock)
+    over = at_largest / largest
+    return replace(found, finite_effect=energy * over, finite_effect_J=tuple(j * over for j in J))
 
 
 def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | None:
@@ -200,57 +207,43 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
     return cf.finite_nodal_force(body.grid, work, gradients, np.zeros(2))
 
 
-def finite_effect(problem: BoundaryValueProblem, balance: Equilibrium, scale: float = 1.0) -> float:
-    """Estimate the relative change of the energy of a small strain solution by finite deformation.
-
-    Parameters
-    ----------
-    problem : BoundaryValueProblem
-        With elastic materials.
-    balance : Equilibrium
-        At small strain.
-    scale : float
-        Factor on the state, greater than zero.
-
-    Returns
-    -------
-    float
-        |r . u| / (2 W) of the scaled state, with the unbalanced force r of its displacement u at
-        finite deformation. As both r and W are of second order in u, the estimate is of first
-        order in the load. If det F of a point is not positive, the estimate at a smaller load is
-        extrapolated linearly.
-    """
-    points, loading = balance.points, problem.loading
-    energy = points.energy @ points.volume
-    stiffest = problem.materials.elastic.max()
-    if not energy > ROUND_OFF * stiffest * np.square(balance.displacement).max():
-        return 0.0
-    factor = scale
-    nothing = np.zeros((len(points), problem.materials.n_internal))
-    while True:
-        u = factor * balance.displacement
-        moved, det_F = newton.deform(problem, u, nothing)
-        if det_F.min() > 0.0:
-            break
-        factor *= 0.5
-    acting = loading.at(balance.load_factor).force
-    external = factor * acting + factor * balance.contact_force
-    unbalanced = external - newton.internal_force(problem, moved)
-    work = np.sum(np.where(loading.prescribed, 0.0, unbalanced * u))
-    return float(abs(work) / (2.0 * factor**2 * energy) * scale / factor)
-
-
 def _may_be_finite(scene: Scene) -> bool:
     """Whether the kinematics of a scene may turn out to be finite deformation."""
     return scene.kinematics == "auto" and scene.plane == "strain" and scene.growth is None
 
 
-def _solve_small(problem: BoundaryValueProblem, factor: float, clock: Clock) -> Equilibrium:
-    """Solve at small strain; the stiffness matrix is freed on return."""
+def _solve_small(
+    body: Body,
+    problem: BoundaryValueProblem,
+    factor: float,
+    clock: Clock,
+    largest: float = 1.0,
+    reach: float = 1.0,
+) -> Equilibrium:
+    """Solve at small strain, and estimate what finite deformation would change.
+
+    The estimates are made at multiples of the state, and are given over them: on the energy at
+    `largest`; on J if it may be felt at `reach`. The stiffness matrix is freed on return.
+    """
     with clock("stiffness"):  # step 3
         stiffness = small_strain.assemble_stiffness(problem)
     with clock("equilibrium"):  # steps 4 to 6: forces, solve, update of the points
-        return small_strain.solve_linear(problem, stiffness, factor)
+        tangent = small_strain.factored(problem, stiffness)
+        balance = small_strain.solve_linear(problem, stiffness, factor, tangent)
+    energy, gradient = finite_effect.on_energy(problem, balance, largest)
+    balance = replace(balance, finite_effect=energy / largest)
+    if not (body.grid.tips and finite_effect.may_be_felt(body, reach * gradient)):
+        return balance
+    with clock("fracture"):
+        J = finite_effect.on_j(body, problem, balance, tangent)
+    return replace(balance, finite_effect_J=tuple(J.tolist()))
+
+
+def _largest_effects(states: Sequence[Equilibrium]) -> tuple[float, tuple[float, ...]]:
+    """The largest effects of finite deformation in states: on the energy, and on J of each tip."""
+    energy = max(state.finite_effect for state in states)
+    tips = zip(*(state.finite_effect_J for state in states if state.finite_effect_J), strict=True)
+    return energy, tuple(max(tip, key=lambda effect: np.nan_to_num(abs(effect))) for tip in tips)
 
 
 def _solve_finite(

@@ -7,6 +7,8 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from cfmpm import mechanics
 from cfmpm.body.body import Body
 from cfmpm.build import build
@@ -70,10 +72,14 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
     assert at.gradients is not None
     body, factor = at.body, mechanics.load_levels(at.scene)[at.level]
     seeks_load = at.scene.growth is not None and at.scene.growth.control == "crack"
+    # The load at which the next crack grows is near the last one; of the first none is known.
+    reach = None
+    if seeks_load:
+        reach = math.inf if at.decision is None else at.decision.load_factor
     if seeks_load and at.decision is not None and not body.loading.is_proportional:
         factor = at.decision.load_factor
     try:
-        balance = mechanics.solve(at.scene, body, at.gradients, at.balance, factor, clock)
+        balance = mechanics.solve(at.scene, body, at.gradients, at.balance, factor, clock, reach)
         if seeks_load and balance.parts is not None and body.grid.tips:
             return _at_growth(at, balance, clock)
     except SolveError as failure:
@@ -140,6 +146,9 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
         plastic = mechanics.plastic_nodal_force(*seen)
         tips = evaluate_tips(*seen, nodal, plastic, direction, stationary=scene.growth is None)
         tips |= reference.compare(body, at.gradients, balance)
+        if balance.finite_effect_J:
+            scale = balance.load_factor if balance.finite else 1.0
+            tips["finite_effect_J"] = scale * np.array(balance.finite_effect_J)
         if balance.parts is not None and body.grid.tips:
             by_factor = TipsByFactor.of(body, at.gradients, balance.parts, direction)
             tips |= critical_load_factors(body, by_factor, balance.parts)

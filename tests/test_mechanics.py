@@ -62,7 +62,11 @@ class TestAuto:
         assert effect[2] > mechanics.NEGLIGIBLE
         np.testing.assert_allclose(effect, np.array(steps) * effect[2], rtol=1e-12)
         assert "chosen by kinematics: auto since it changes" in auto.attrs["kinematics"]
-        assert f"about {100 * effect[2]:.2g} % at the largest load" in auto.attrs["kinematics"]
+        said = auto.attrs["kinematics"]
+        assert f"the strain energy by about {100 * effect[2]:.2g} % (finite_effect)" in said
+        in_J = auto.finite_effect_J.values[:, 0]
+        np.testing.assert_allclose(in_J, np.array(steps) * in_J[2], rtol=1e-12)
+        assert f"J by about {100 * in_J[2]:.2g} % (finite_effect_J) at the largest load" in said
         assert auto.attrs["kinematics"] in auto.attrs["formulation"]
         assert "auto" not in asked.attrs["kinematics"]
         small = cfmpm.run(pulled(1)).history
@@ -82,17 +86,22 @@ class TestAuto:
 
     def test_small_strain_that_is_asked_for_is_judged_too(self):
         history = cfmpm.run(pulled(600, kinematics="small", load_steps=3)).history
-        (text,) = (t for t in json.loads(history.warnings) if "neglected" in t)
+        texts = [t for t in json.loads(history.warnings) if "neglected" in t]
+        in_J = history.finite_effect_J.values[:, 0]
+        of_J = f"J by about {100 * in_J[2]:.2g} % at crack_1 and K by half of that"
         effect = history.finite_effect.values
-        felt = 1 + np.flatnonzero(effect > mechanics.NEGLIGIBLE)
-        assert text.startswith(f"in steps {felt[0]} to 3 ")
-        assert f"about {100 * effect.max():.2g} %" in text
-        assert "kinematics: finite takes it into account" in text
+        of_energy = f"the strain energy by about {100 * effect[2]:.2g} % (finite_effect)"
+        assert len(texts) == 2
+        for text, change, size in zip(texts, (of_energy, of_J), (effect, -in_J), strict=True):
+            felt = 1 + np.flatnonzero(size > mechanics.NEGLIGIBLE)
+            assert text.startswith(f"in steps {felt[0]} to 3 ")
+            assert change in text
+            assert "kinematics: finite takes it into account" in text
         advised = cfmpm.run(pulled(300, kinematics="finite")).history
         assert not any("neglected" in t for t in json.loads(advised.warnings))
 
     def test_the_estimate_is_of_the_size_of_the_effect(self):
-        small = cfmpm.run(pulled(20)).history
+        small = cfmpm.run(pulled(20, kinematics="small")).history
         finite = cfmpm.run(pulled(20, kinematics="finite")).history
         # Under a dead load the change of the energy is its part of second order.
         change = abs(float(finite.strain_energy[0] / small.strain_energy[0]) - 1)

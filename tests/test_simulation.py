@@ -18,6 +18,10 @@ VOLATILE = ("wall_time",)
 
 
 def plate(**changes):
+    return scene_from_dict(plate_data(**changes))
+
+
+def plate_data(**changes):
     config = {
         "name": "plate",
         "family": {
@@ -31,7 +35,7 @@ def plate(**changes):
         "mesh": {"element": "T6", "size": 8, "grading": {"tip_size": 0.2, "growth": 0.4}},
         "fracture": {"radii": 3},
     }
-    return scene_from_dict(config | changes)
+    return config | changes
 
 
 def test_history_has_every_quantity_of_the_design():
@@ -203,6 +207,7 @@ def test_two_materials_share_the_load_by_stiffness():
                     {"edge": "edge_4", "displacement": {"x": 0}},
                     {"edge": "edge_2", "displacement": {"x": 0.2}},
                 ],
+                "kinematics": "small",
                 "mesh": {"element": "T3", "size": 1},
             }
         )
@@ -254,6 +259,22 @@ def test_import_is_light():
     program = (
         "import sys, cfmpm; heavy = {'numba', 'gmsh', 'matplotlib', 'xarray', 'scipy'};"
         "sys.exit(str(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+GROWTH = {
+    "material": {"E": 1e4, "nu": 0.3, "g_c": 1e-3},
+    "growth": {"direction": "max_hoop", "increments": 1},
+}
+
+
+@pytest.mark.parametrize("growth", [{}, GROWTH])
+def test_a_run_loads_only_what_the_scene_needs(growth):
+    program = (
+        f"import sys, cfmpm; cfmpm.run(cfmpm.scene_from_dict({plate_data(**growth)!r}));"
+        "unused = {'matplotlib', 'pyamg', 'pyvista', 'scipy.optimize', 'netCDF4'};"
+        "sys.exit(str(unused & set(sys.modules)) if unused & set(sys.modules) else 0)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
 

@@ -7,12 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cfmpm.body.bends import CORNER, turn
 from cfmpm.body.grid import Floats, Grid, Ints
-
-# Bends by more than this [rad] are corners. On both sides of a corner faces press on each other
-# along their own normals, and faces that are closed there cannot slide past it. Less are those of
-# a curve that is divided into edges: faces slide along it.
-CORNER = np.radians(9.0)
 
 
 @dataclass(frozen=True)
@@ -95,8 +91,7 @@ def face_pairs(grid: Grid, crack: str, turning: Turning | None = None) -> FacePa
     np.add.at(normal, number.ravel(), by_edge)
     last = len(nodes) - 1 - np.unique(nodes[::-1], axis=0, return_index=True)[1]
     before, behind = by_edge[first], by_edge[last]
-    cross = before[:, 0] * behind[:, 1] - before[:, 1] * behind[:, 0]
-    sharp = np.abs(np.arctan2(cross, (before * behind).sum(axis=1))) > CORNER
+    sharp = np.abs(turn(before, behind)) > CORNER
     normal[sharp] = before[sharp]
     pairs = np.concatenate([pairs, pairs[sharp]])
     normal = np.concatenate([normal, behind[sharp]])

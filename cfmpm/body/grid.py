@@ -166,8 +166,7 @@ class Grid:
     @property
     def areas(self) -> Floats:
         """Area of each triangle [mm^2], (m,)."""
-        a, b, c = (self.nodes[self.elements[:, k]] for k in range(3))
-        return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+        return signed_areas(self.nodes[self.elements[:, :3]])
 
     def edge_nodes(self, half_edges: Ints) -> Ints:
         """Nodes of half-edges, the ends and then those between, first to second; (k, p + 1)."""
@@ -371,6 +370,24 @@ def lengths_of(nodes: Floats, pairs: Ints) -> Floats:
     """Return the length of the line between the first two nodes of each row, (k,) [mm]."""
     lengths: Floats = np.hypot(*(nodes[pairs[:, 1]] - nodes[pairs[:, 0]]).T)
     return lengths
+
+
+def signed_areas(corners: Floats) -> Floats:
+    """Return the areas of triangles, negative where the corners are in clockwise order.
+
+    Parameters
+    ----------
+    corners : (k, 3, 2) float
+        [mm].
+
+    Returns
+    -------
+    (k,) float
+        [mm^2].
+    """
+    (ux, uy), (vx, vy) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
+    areas: Floats = 0.5 * (ux * vy - uy * vx)
+    return areas
 
 
 def regions_ahead(grid: Grid, tip: CrackTip, direction: Floats) -> list[int]:

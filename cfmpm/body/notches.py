@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cfmpm.body.bends import turn
 from cfmpm.body.grid import Floats, Ints, Triangulation
 
 # Largest angle between the sides of a notch that may stand for a crack [deg].
@@ -53,10 +54,10 @@ def sharp_notches(mesh: Triangulation) -> list[Notch]:
     if len(edges) == 0 or not np.array_equal(edges[arriving, 1], edges[leaving, 0]):
         return []  # no closed loops, as where parts of a boundary share a node
     before, after = along[arriving], along[leaving]
-    turn = _turn(before, after)
+    bend = np.degrees(turn(before, after))
     cracks = np.concatenate([np.zeros((0, 2), int), *mesh.cracks.values()])
     cracked = np.isin(edges[leaving, 0], cracks)
-    chosen = np.flatnonzero((turn <= WIDEST - 180.0) & ~cracked)
+    chosen = np.flatnonzero((bend <= WIDEST - 180.0) & ~cracked)
     following = np.empty(len(edges), np.int64)
     following[arriving] = leaving
     previous = np.argsort(following)
@@ -68,7 +69,7 @@ def sharp_notches(mesh: Triangulation) -> list[Notch]:
                 mesh.nodes[edges[_last(leaving[i], following, along), 1]]
                 + mesh.nodes[edges[_last(arriving[i], previous, along), 0]]
             ),
-            angle=float(180.0 + turn[i]),
+            angle=float(180.0 + bend[i]),
         )
         for i in chosen.tolist()
     ]
@@ -94,7 +95,7 @@ def _side(edge: int, following: Ints, along: Floats) -> Iterator[int]:
     while True:
         yield edge
         further = int(following[edge])
-        if abs(float(_turn(along[edge], along[further]))) > STRAIGHT:
+        if abs(float(np.degrees(turn(along[edge], along[further])))) > STRAIGHT:
             return
         edge = further
 
@@ -102,9 +103,3 @@ def _side(edge: int, following: Ints, along: Floats) -> Iterator[int]:
 def _directions(nodes: Floats, edges: Ints) -> Floats:
     along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
     return np.asarray(along / np.hypot(*along.T)[:, None])
-
-
-def _turn(one: Floats, other: Floats) -> Floats:
-    """Angle from one direction to another, positive to the left, where the body lies [deg]."""
-    cross = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
-    return np.asarray(np.degrees(np.arctan2(cross, (one * other).sum(axis=-1))))

@@ -132,7 +132,8 @@ def locate(grid: Grid, position: Floats, hints: Ints | None = None) -> Ints:
 
     Notes
     -----
-    It replaces the paper's search over all triangles (section 4.2, step 2).
+    It replaces the paper's search over all triangles (section 2.3; step 2 of section 4.2),
+    whose rule is wrong behind corners (docs/theory.md, misprints).
     """
     position = np.ascontiguousarray(position, float)
     triangles = np.ascontiguousarray(grid.triangles)

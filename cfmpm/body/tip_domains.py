@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cfmpm.body.bends import SHARP, turn
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints
 from cfmpm.errors import Problem, SceneError
 
@@ -29,8 +30,6 @@ RESOLVED = 4.0
 STEERABLE = 2.0
 # Cosine of the angle to the tangent within which the nearest obstacle lies ahead.
 AHEAD = np.sqrt(0.5)
-# A kink of the crack by more than this [rad] is sharp.
-SHARP = np.radians(20.0)
 
 
 @dataclass(frozen=True)
@@ -190,9 +189,7 @@ def _to_sharp_bend(tip: CrackTip) -> Floats:
     """Vector from a tip to the nearest sharp kink of its crack; infinite without one, (2,)."""
     heading = -np.diff(tip.path, axis=0)
     ahead, behind = heading[:-1], heading[1:]
-    cross = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
-    turn = np.abs(np.arctan2(cross, (ahead * behind).sum(axis=1)))
-    corners = tip.path[1:-1][turn > SHARP] - tip.path[0]
+    corners = tip.path[1:-1][np.abs(turn(behind, ahead)) > SHARP] - tip.path[0]
     if not len(corners):
         return np.full(2, np.inf)
     return corners[np.argmin(np.hypot(*corners.T))]

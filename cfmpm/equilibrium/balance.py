@@ -48,6 +48,9 @@ class Equilibrium:
         Relative change of the energy by finite deformation, as estimated at small strain, of first
         order in the load: at `load_factor`, or per unit of it where the estimate has led to finite
         deformation; nan where not evaluated.
+    finite_effect_J : tuple of float
+        Likewise the relative change of J of each tip, nan where it has no J; empty where not
+        evaluated.
     external_work : float
         External work so far at finite deformation [N]; nan at small strain.
     newton_iterations, substeps : int
@@ -79,6 +82,7 @@ class Equilibrium:
     finite: bool = False
     parts: Parts | None = None
     finite_effect: float = math.nan
+    finite_effect_J: tuple[float, ...] = ()
     external_work: float = math.nan
     newton_iterations: int = 0
     substeps: int = 0

@@ -141,7 +141,7 @@ class March:
     def apart(self, displacement: Floats) -> Floats:
         """Remove overlap of crack faces from a displacement, by the last factorization."""
         assert self._factor is not None
-        return self._closed(displacement, displacement, self._factor).displacement
+        return self.closed(displacement, displacement, self._factor).displacement
 
     def balance(self, trial: Trial, load_factor: float, force_before: Floats) -> Balanced:
         """Newton's method, from a state with the prescribed displacement of a load factor.
@@ -163,7 +163,7 @@ class March:
             unbalanced = external + pull - trial.resistance
             corrected = trial.displacement.copy()
             corrected[self._free] += tangent.solve(unbalanced[self._free]).x
-            closed = self._closed(corrected, trial.displacement, tangent)
+            closed = self.closed(corrected, trial.displacement, tangent)
             pressed = closed.pressed
             left = (unbalanced + closed.force)[self._free]
             scale = max(scale, np.abs(trial.internal_force).max(initial=0.0))
@@ -256,8 +256,18 @@ class March:
         problem = self._problem
         return problem.crack_faces.turned(problem.loading, displacement)
 
-    def _closed(self, displacement: Floats, shape: Floats, tangent: Solver) -> Contact:
-        """Solve for contact, with the normals of a nearby shape of the body."""
+    def closed(self, displacement: Floats, shape: Floats, tangent: Solver) -> Contact:
+        """Solve for contact, with the normals of a nearby shape of the body.
+
+        Parameters
+        ----------
+        displacement : (n, 2) float
+            Displacement without contact [mm].
+        shape : (n, 2) float
+            Displacement of that shape [mm].
+        tangent : Solver
+            The factored stiffness of the free components.
+        """
         problem = self._problem
         cracks = problem.crack_faces
         if not cracks.grid.crack_faces:

@@ -98,8 +98,25 @@ def internal_force(problem: BoundaryValueProblem, points: DeformedPoints) -> Flo
     return force
 
 
+def factored(problem: BoundaryValueProblem, stiffness: csr_array) -> Factor:
+    """Factor the stiffness by the solver of a problem.
+
+    Raises
+    ------
+    SolveError
+        If it is not positive definite.
+    """
+    chosen = solvers.select(stiffness.shape[0], problem.solver)
+    free = ~problem.loading.prescribed
+    modes = None if chosen.direct else solvers.rigid_body_modes(problem.grid.nodes, free)
+    return chosen.factor(stiffness, modes)
+
+
 def solve_linear(
-    problem: BoundaryValueProblem, stiffness: csr_array, load_factor: float = 1.0
+    problem: BoundaryValueProblem,
+    stiffness: csr_array,
+    load_factor: float = 1.0,
+    factor: Factor | None = None,
 ) -> Equilibrium:
     """Solve a linear problem in one step.
 
@@ -113,6 +130,8 @@ def solve_linear(
     stiffness : csr_array
         From `assemble_stiffness`.
     load_factor : float
+    factor : Factor, optional
+        From `factored`, where it is needed afterwards.
 
     Returns
     -------
@@ -124,14 +143,11 @@ def solve_linear(
     SolveError
         If the stiffness is not positive definite, or the residual is too large.
     """
-    free = ~problem.loading.prescribed
-    chosen = solvers.select(stiffness.shape[0], problem.solver)
-    modes = None if chosen.direct else solvers.rigid_body_modes(problem.grid.nodes, free)
-    factor = chosen.factor(stiffness, modes)
+    factor = factor or factored(problem, stiffness)
     state = _balance(problem, stiffness, factor, load_factor)
     if not problem.loading.is_proportional:
         state = replace(state, parts=_parts(problem, stiffness, factor))
-    return replace(state, solver=chosen.name)
+    return state
 
 
 def _balance(

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from scipy.optimize import brentq
 
 from cfmpm.body.body import Body
 from cfmpm.body.crack_faces import smallest_openings
@@ -164,6 +163,8 @@ def factor_at_fracture(drive: Callable[[float], float], alone: float) -> float:
         low, high = high, 2.0 * high
     else:
         return math.inf
+    from scipy.optimize import brentq  # takes long, and few scenes need it
+
     root = float(
         brentq(lambda f: drive(f) - 1.0, low, high, xtol=1e-300, rtol=4.0 * np.finfo(float).eps)
     )

@@ -123,6 +123,23 @@ def evaluate_tips(
     return values
 
 
+def j_of_tips(body: Body, gradients: Floats, balance: Equilibrium, nodal: Floats) -> Floats:
+    """Return J over the largest radius at every tip alone [N/mm], (tip,).
+
+    Parameters
+    ----------
+    body, gradients, balance, nodal
+        As of `evaluate_tips`.
+    """
+    radii = [max(domain.radii) for domain in body.tip_domains]
+    return np.array(
+        [
+            _j_integral(_Neighbourhood.of(body, gradients, balance, nodal, tip, radius), radius)
+            for tip, radius in zip(body.grid.tips, radii, strict=True)
+        ]
+    )
+
+
 def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
     """Configurational force over a disc and J of a ring."""
     force = cf.domain_force(near.grid, near.nodal, near.tip, radius)

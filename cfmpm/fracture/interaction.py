@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from cfmpm.body.bends import turn
 from cfmpm.body.grid import CrackTip, Floats, Grid
 from cfmpm.body.materials import Materials, plane_modulus
 from cfmpm.body.points import DeformedPoints
@@ -403,8 +404,7 @@ def polar_coordinates(tip: CrackTip, x: Floats) -> tuple[Floats, Floats]:
         [rad]; beyond +-pi between the faces of a kinked crack and the extension of its end.
     """
     away = x - tip.path[0]
-    t = tip.tangent
-    theta = np.arctan2(t[0] * away[:, 1] - t[1] * away[:, 0], np.einsum("ki,i->k", away, t))
+    theta = turn(tip.tangent, away)
     starts, ahead = tip.path[1:], tip.path[:-1] - tip.path[1:]
     # The side of the crack on which a point lies is taken from the nearest segment.
     nearest = np.full(len(x), np.inf)

@@ -8,7 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.body.crack_faces import CORNER, Turning
+from cfmpm.body.bends import CORNER, turn
+from cfmpm.body.crack_faces import Turning
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, lengths_of
 from cfmpm.body.tip_domains import sharp_bend
 from cfmpm.kernels import eshelby
@@ -181,8 +182,7 @@ def _divide_at_corners(pressure: Floats, force: Floats, left: Ints, end_force: F
         On the node at an end of each edge by a unit pressure on the edge [mm].
     """
     ahead, behind = end_force[:-1], end_force[1:]
-    cross = ahead[:, 0] * behind[:, 1] - ahead[:, 1] * behind[:, 0]
-    sharp = np.flatnonzero(np.abs(np.arctan2(cross, (ahead * behind).sum(axis=1))) > CORNER)
+    sharp = np.flatnonzero(np.abs(turn(ahead, behind)) > CORNER)
     links = len(pressure) // max(len(left), 1)
     for edge in sharp:
         parts = np.linalg.solve(np.column_stack([ahead[edge], behind[edge]]), force[left[edge, 1]])

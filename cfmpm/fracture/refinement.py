@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cfmpm.body.grid import Floats, Ints, Triangulation
+from cfmpm.body.grid import Floats, Ints, Triangulation, signed_areas
 from cfmpm.fracture.release import split_side
 from cfmpm.kernels import topology
 
@@ -69,8 +69,7 @@ def _rated(corners: Floats, at: Floats, size: float) -> tuple[Floats, NDArray[np
     distance : (k,) float
     too_large : (k,) bool
     """
-    (ux, uy), (vx, vy) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
-    own = np.sqrt(0.5 * (ux * vy - uy * vx) / EQUILATERAL)
+    own = np.sqrt(signed_areas(corners) / EQUILATERAL)
     distance = np.hypot(*(corners.mean(axis=1) - at).T)
     return distance, own > size + GROWTH * distance
 

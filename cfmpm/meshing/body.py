@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from shapely import contains_xy
 
-from cfmpm.body.grid import Floats, Ints, Triangulation
+from cfmpm.body.grid import Floats, Ints, Triangulation, signed_areas
 from cfmpm.errors import MeshError
 from cfmpm.meshing.drawing import (
     Drawing,
@@ -21,7 +21,6 @@ from cfmpm.meshing.drawing import (
     Seeds,
     TooManyTrianglesError,
     mesh_drawing,
-    signed_areas,
 )
 from cfmpm.meshing.session import gmsh_session, in_child
 from cfmpm.meshing.sizes import GROWTH, grading_in, size_in, triangles_in
@@ -222,7 +221,7 @@ def _named(scene: Scene, body: BodyShape, frame: Frame, raw: Raw, cuts: list[XY]
     for point in exact:
         nodes[_node_at(frame.point(point), raw)] = point
 
-    if signed_areas(nodes, raw.triangles).min() <= 0:
+    if signed_areas(nodes[raw.triangles]).min() <= 0:
         raise MeshError("the grid has triangles without area: check for lines that nearly touch")
     return Triangulation(
         nodes,
@@ -266,7 +265,7 @@ def _node_at(point: XY, raw: Raw) -> int:
 def _regions(geometry: Geometry, frame: Frame, raw: Raw) -> Ints:
     """The region of each triangle; if regions overlap it is the last one."""
     # The largest triangle of each face is tested, since a small one at an arc may lie outside it.
-    by_size = np.lexsort((signed_areas(raw.nodes, raw.triangles), raw.surfaces))
+    by_size = np.lexsort((signed_areas(raw.nodes[raw.triangles]), raw.surfaces))
     largest = by_size[np.cumsum(np.bincount(raw.surfaces)) - 1]
     x, y = frame.back(raw.nodes[raw.triangles[largest]].mean(axis=1)).T
     index = np.zeros(len(largest), dtype=np.int64)

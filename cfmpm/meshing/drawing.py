@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 
-from cfmpm.body.grid import Floats, Ints
+from cfmpm.body.grid import Floats, Ints, signed_areas
 from cfmpm.errors import MeshError
 from cfmpm.kernels.triangles import triangle_quality
 from cfmpm.meshing.sizes import GROWTH
@@ -119,13 +119,6 @@ def mesh_drawing(
             break
         best, worst = again, improved
     return best
-
-
-def signed_areas(nodes: Floats, triangles: Ints) -> Floats:
-    """Return the areas, negative for clockwise triangles."""
-    a, b, c = (nodes[triangles[:, i]] for i in range(3))
-    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
-    return (ux * vy - uy * vx) / 2
 
 
 def compact(tags: Ints, coordinates: Floats, triangles: Ints) -> tuple[Floats, Ints]:
@@ -238,7 +231,7 @@ def _raw(gmsh: ModuleType) -> Raw:
     triangles = np.concatenate(faces)
     nodes, number = compact(tags, coordinates, triangles)
     for face in faces:
-        if signed_areas(nodes, number[face[:1]])[0] < 0:  # the face is clockwise
+        if signed_areas(nodes[number[face[:1]]])[0] < 0:  # the face is clockwise
             face[:] = face[:, ::-1]
     curves = []
     for _, tag in gmsh.model.getEntities(1):
@@ -276,7 +269,7 @@ def _seeds_at_bad_triangles(raw: Raw) -> list[Seeds]:
     """Seeds of the height of the triangles of low quality, in classes of a factor of two."""
     corners = raw.nodes[raw.triangles[triangle_quality(raw.nodes, raw.triangles) < LEAST_QUALITY]]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    areas = signed_areas(corners.reshape(-1, 2), np.arange(3 * len(corners)).reshape(-1, 3))
+    areas = signed_areas(corners)
     # A degenerate triangle, at points closer than gmsh's accuracy, has no height.
     power = np.floor(np.log2(np.maximum(2 * areas, 1e-3 * longest**2) / longest))
     return [Seeds(corners[power == p].mean(axis=1), float(2**p), GROWTH) for p in np.unique(power)]

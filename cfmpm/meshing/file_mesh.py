@@ -11,9 +11,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon, make_valid
 
-from cfmpm.body.grid import Floats, Ints
-from cfmpm.meshing.drawing import signed_areas
+from cfmpm.body.grid import Floats, Ints, signed_areas
 from cfmpm.scene.rules_body import at, place_of_fault
+from cfmpm.scene.shapes import polygon_area
 
 # Area of a triangle in squares of its longest side that is round-off. Thinner triangles than any
 # that can be solved with are told by the solver.
@@ -99,7 +99,7 @@ class FileMesh:
                 loop.append(node)
                 node = following.pop(node)
             found.append(np.array(loop))
-        areas = [_area(self.nodes[loop]) for loop in found]
+        areas = [polygon_area(self.nodes[loop]) for loop in found]
         return [found[i] for i in np.argsort(areas)[::-1]]
 
 
@@ -109,7 +109,7 @@ def broken_triangles(mesh: FileMesh) -> Iterator[str]:
     for k in range(3):
         side = mesh.nodes[mesh.triangles[:, k]] - mesh.nodes[mesh.triangles[:, k - 1]]
         longest = np.maximum(longest, (side**2).sum(axis=1))
-    flat = int((signed_areas(mesh.nodes, mesh.triangles) <= FLAT * longest).sum())
+    flat = int((signed_areas(mesh.nodes[mesh.triangles]) <= FLAT * longest).sum())
     if flat:
         yield f"{flat} triangles have no area"
     _, counts = mesh.side_counts
@@ -155,7 +155,7 @@ def broken_body(mesh: FileMesh) -> Iterator[str]:
         return
     outline, *holes = (mesh.nodes[loop] for loop in mesh.loops)
     body = Polygon(outline, holes)
-    area = float(signed_areas(mesh.nodes, mesh.triangles).sum())
+    area = float(signed_areas(mesh.nodes[mesh.triangles]).sum())
     # Of an outline that crosses itself the area counts each part as often as it winds around.
     inside = body.area if body.is_valid else make_valid(body).area
     if abs(inside - area) > AREA * area:
@@ -180,8 +180,3 @@ def parts_without(mesh: FileMesh, pairs: Ints) -> int:
     joined = order[kept] // 3, order[kept + 1] // 3
     graph = coo_array((np.ones(len(kept), dtype=bool), joined), shape=(m, m))
     return int(connected_components(graph, directed=False)[0])
-
-
-def _area(points: Floats) -> float:
-    x, y = points.T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2

@@ -7,10 +7,9 @@ from itertools import chain, count
 
 import numpy as np
 
-from cfmpm.body.grid import Ints, Triangulation
+from cfmpm.body.grid import Ints, Triangulation, signed_areas
 from cfmpm.errors import Problem, SceneError, did_you_mean
 from cfmpm.input_file import open_file
-from cfmpm.meshing.drawing import signed_areas
 from cfmpm.meshing.file_mesh import FileMesh, broken_body, broken_triangles, parts_apart
 from cfmpm.meshing.file_rules import broken_rules_of_file
 from cfmpm.meshing.lips import Closed, close_lips, unlisted_lips
@@ -111,7 +110,7 @@ def _read(path: str) -> FileMesh:
     if np.ptp(z) > ON * np.ptp(nodes, axis=0).max():
         raise _refusal("is not plane: z must be the same for all nodes")
     triangles = number.reshape(-1, 3).astype(np.int64)
-    clockwise = signed_areas(nodes, triangles) < 0
+    clockwise = signed_areas(nodes[triangles]) < 0
     triangles[clockwise] = triangles[clockwise, ::-1]
     number_of = np.full(len(contents.nodes), -1)
     number_of[used] = np.arange(len(used))

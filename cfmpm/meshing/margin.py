@@ -8,11 +8,11 @@ from types import ModuleType
 import numpy as np
 from shapely import LineString, Point, Polygon
 
-from cfmpm.body.grid import Floats, Ints, Triangulation
+from cfmpm.body.grid import Floats, Ints, Triangulation, signed_areas
 from cfmpm.errors import MeshError
 from cfmpm.kernels import topology
-from cfmpm.meshing.drawing import signed_areas
 from cfmpm.meshing.session import gmsh_session, in_child
+from cfmpm.scene.shapes import polygon_area
 
 # Sides of the body, around which gmsh makes a margin in half a second; a larger one is made in a
 # child process, which can be ended.
@@ -52,9 +52,9 @@ def surround(body: Triangulation, margin: float, size: float) -> Triangulation:
         If gmsh cannot mesh the margin.
     """
     loops = _loops(body)
-    if sum(_area(body.nodes[loop]) > 0.0 for loop in loops) != 1:
+    if sum(polygon_area(body.nodes[loop]) > 0.0 for loop in loops) != 1:
         raise MeshError("a fixed grid needs a body of one part; this one has several outlines")
-    outline = next(loop for loop in loops if _area(body.nodes[loop]) > 0.0)
+    outline = next(loop for loop in loops if polygon_area(body.nodes[loop]) > 0.0)
     outer = Polygon(body.nodes[outline]).buffer(margin, join_style="mitre").exterior
     holes = [loop for loop in loops if loop is not outline]
     mouths = [
@@ -150,7 +150,7 @@ class _Margin:
         number[tags[new]] = len(self._nodes) + np.arange(np.count_nonzero(new))
         nodes = coordinates.reshape(-1, 3)[new, :2]
         triangles = number[gmsh.model.mesh.getElementsByType(2)[1].reshape(-1, 3)]
-        turned = signed_areas(np.vstack([self._nodes, nodes]), triangles) < 0.0
+        turned = signed_areas(np.vstack([self._nodes, nodes])[triangles]) < 0.0
         triangles[turned] = triangles[turned, ::-1]
         lines = []
         for line, node, _ in self._lines:
@@ -203,11 +203,6 @@ def _loops(body: Triangulation) -> list[Ints]:
 
 def _tuple(point: Floats) -> tuple[float, float]:
     return float(point[0]), float(point[1])
-
-
-def _area(polygon: Floats) -> float:
-    x, y = (polygon - polygon[0]).T
-    return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def _mouths(

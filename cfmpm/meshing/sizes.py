@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from itertools import pairwise
 
+import numpy as np
 from shapely import LineString, Point
 
-from cfmpm.body.tip_domains import SHARP
+from cfmpm.body.bends import SHARP, turn
 from cfmpm.scene.families import expand
 from cfmpm.scene.geometry import BodyShape
 from cfmpm.scene.mesh import Grading
 from cfmpm.scene.model import Scene
 from cfmpm.scene.rules import estimated_triangles
-from cfmpm.scene.shapes import XY
 
 # Ratio of the element size elsewhere, and of the crack length, to the element size at a growing
 # tip: K is then within 1 or 2 % along the whole path (tests/verification/test_growth_grids.py).
@@ -108,16 +107,12 @@ def _room(body: BodyShape, crack_name: str, end: int) -> float:
     own = own[::-1] if end == -1 else own
     tip = Point(own[0])
     others = [LineString(points) for points in lines.values()]
+    along = np.diff(np.array(own), axis=0)
+    sharp = np.abs(turn(along[:-1], along[1:])) > SHARP
     length, parts = 0.0, []
     for i, (a, b) in enumerate(pairwise(own)):
-        if i and (_turn(own[i - 1], a, b) > SHARP or length > 2.0 * math.dist(own[0], a)):
+        if i and (sharp[i - 1] or length > 2.0 * math.dist(own[0], a)):
             parts.append(math.dist(own[0], a))
         length += math.dist(a, b)
     clear = (float(tip.distance(line)) for line in (body.polygon.boundary, *others))
     return min(length, *parts, *clear)
-
-
-def _turn(a: XY, b: XY, c: XY) -> float:
-    """Angle by which a line turns at its second point [rad]."""
-    ahead, back = complex(c[0] - b[0], c[1] - b[1]), complex(b[0] - a[0], b[1] - a[1])
-    return abs(cmath.phase(ahead / back))

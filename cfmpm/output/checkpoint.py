@@ -51,7 +51,7 @@ class Start:
 
 
 # Version of the file layout.
-FORMAT = 7
+FORMAT = 8
 # Fields of `Motion` that do not follow from the reference configuration.
 MOTION = ("displacement", "triangle", "base", "smoothed")
 Arrays = dict[str, NDArray[Any]]
@@ -191,6 +191,8 @@ def _start(arrays: Arrays, texts: dict[str, Any]) -> Start:
     body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])
     if balance is not None:
         require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
+        if len(balance.finite_effect_J) not in (0, len(body.grid.tips)):
+            raise ValueError("finite_effect_J counts other tips")
     if not 0 <= texts["level"] < len(load_levels(record.full)):
         raise ValueError("level counts what is not there")
     step = len(record.steps) + 1
@@ -227,7 +229,8 @@ def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium
         name: arrays[f"balance.{name}"] for name in names if f"balance.{name}" in arrays
     }
     columns["points"] = _table(arrays, "balance.points", DeformedPoints)
-    return Equilibrium(**{**numbers, "residuals": tuple(numbers["residuals"]), **columns})
+    lists = {name: tuple(numbers[name]) for name in ("residuals", "finite_effect_J")}
+    return Equilibrium(**{**numbers, **lists, **columns})
 
 
 def _table(arrays: Arrays, prefix: str, kind: Any) -> Any:

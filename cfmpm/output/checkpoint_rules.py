@@ -107,6 +107,7 @@ class _BalanceWords(_Words):
     finite: bool
     parts: None
     finite_effect: float
+    finite_effect_J: list[float]
     external_work: float
     newton_iterations: int
     substeps: int

@@ -123,8 +123,8 @@ def _why_small(scene: Scene) -> str:
         reason = "crack growth" if scene.growth is not None else "plane stress"
         return f"kinematics: auto keeps small strain under {reason}"
     return (
-        "kinematics: auto keeps small strain if finite deformation would change the strain energy "
-        f"by less than {100 * NEGLIGIBLE:g} % (finite_effect)"
+        "kinematics: auto keeps small strain if finite deformation would change strain energy and "
+        f"J by less than {100 * NEGLIGIBLE:g} % (finite_effect, finite_effect_J)"
     )
 
 
@@ -136,18 +136,23 @@ def _kinematics(scene: Scene, balance: Equilibrium) -> str:
             chosen = f", chosen by kinematics: auto since {_why_finite(scene, balance)}"
         return f"finite deformation{chosen}: Newton's method in load steps along stable states"
     return (
-        "small strain: one linear solve per step; finite_effect estimates the change of energy by "
-        "finite deformation"
+        "small strain: one linear solve per step; finite_effect and finite_effect_J estimate the "
+        "change of energy and of J by finite deformation"
     )
 
 
 def _why_finite(scene: Scene, balance: Equilibrium) -> str:
     """The reason for finite deformation."""
-    levels = load_levels(scene)
-    effect = balance.finite_effect * max(map(abs, levels))
-    if effect > NEGLIGIBLE:
-        return (
-            f"it changes the strain energy by about {100 * effect:.2g} % at the largest load "
-            f"(finite_effect; limit {100 * NEGLIGIBLE:g} %)"
-        )
+    largest = max(map(abs, load_levels(scene)))
+    effects = {
+        "the strain energy": (balance.finite_effect, "finite_effect"),
+        "J": (max(balance.finite_effect_J, key=abs, default=0.0), "finite_effect_J"),
+    }
+    said = [
+        f"{what} by about {100 * largest * effect:.2g} % ({name})"
+        for what, (effect, name) in effects.items()
+        if largest * abs(effect) > NEGLIGIBLE
+    ]
+    if said:
+        return f"it changes {' and '.join(said)} at the largest load (limit {100 * NEGLIGIBLE:g} %)"
     return "some load factors are negative, under which crack faces may close or open"

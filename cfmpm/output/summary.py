@@ -97,8 +97,12 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
     """Load and iterations at finite deformation, or the estimate of its effect at small strain."""
     steps = float(last["substeps"])
     if not steps > 0.0:
-        effect = float(abs(whole["finite_effect"]).max())
+        effect, in_J = (
+            float(abs(whole[name]).max()) for name in ("finite_effect", "finite_effect_J")
+        )
         said = f"finite deformation would change the energy by a fraction of about {effect:.1e}"
+        if np.isfinite(in_J):
+            said += f" and J by {in_J:.1e}"
         return [("strain", f"small; {said}")] if np.isfinite(effect) else []
     return [
         ("strain", whole.attrs["kinematics"]),

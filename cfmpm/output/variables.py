@@ -79,6 +79,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
         "N mm-1",
         "below which J and G of a closed or unloaded tip are not told from zero; 0 of others",
     ),
+    "finite_effect_J": (
+        TIP,
+        "1",
+        "estimated relative change of J by finite deformation, if neglected, which is twice that "
+        "of K; nan where strain is too small for it to be felt",
+    ),
     "critical_load_factor": (TIP, "1", "load factor at which G_kink reaches g_c"),
     "domain_radius": (RADIUS, "mm", "radius used for the domain"),
     "J_radius": (RADIUS, "N mm-1", "J-integral of the elastic energy along the crack tangent"),
@@ -174,7 +180,7 @@ OF_FATIGUE = {
 LOAD_POWER = {
     **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
     **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
-    **dict.fromkeys(("contact_pressure", "finite_effect"), 1),
+    **dict.fromkeys(("contact_pressure", "finite_effect", "finite_effect_J"), 1),
     **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
     "displacement": 1,
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),

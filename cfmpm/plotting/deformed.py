@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
+from cfmpm.body.grid import signed_areas
 from cfmpm.plotting.mesh import Mesh
 from cfmpm.plotting.style import BLACK, GREY, STRESS_MAP, length_axes
 
@@ -133,8 +134,7 @@ def _round_off(fields: xr.Dataset, displacement: np.ndarray, mesh: Mesh) -> floa
 
 def _colour_limits(values: np.ndarray, mesh: Mesh) -> tuple[float, float]:
     """The range of values without those on the most stressed part of the area."""
-    a, b, c = (mesh.nodes[mesh.faces[:, k]] for k in range(3))
-    area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    area = np.abs(signed_areas(mesh.nodes[mesh.faces]))
     order = np.argsort(values)
     share = np.cumsum(area[order]) / area.sum()
     margin = 0.5 * (1.0 - COLOURED)

@@ -121,9 +121,9 @@ class Scene(Model):
     kinematics: Literal["auto", "small", "finite"] = Field(
         "auto",
         description="small: small strain, one linear solve; finite: finite deformation, solved in "
-        "load steps; auto: small strain, unless finite deformation would change the energy by more "
-        "than 1 % (finite_effect); under plane stress or with growth, auto keeps small strain and "
-        "warns",
+        "load steps; auto: small strain, unless finite deformation would change the energy or J by "
+        "more than 1 % (finite_effect, finite_effect_J); under plane stress or with growth, auto "
+        "keeps small strain and warns",
     )
     formulation: Literal["total", "updated"] = Field(
         "total",

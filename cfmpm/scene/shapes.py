@@ -157,10 +157,15 @@ def sides_of(shape: Circle | Sequence[Vertex]) -> list[Side]:
 
 def anticlockwise(sides: Sequence[Side]) -> list[Side]:
     """Return the sides of a closed line in anticlockwise order."""
-    x, y = (np.array(ring(sides)) - np.array(sides[0].start)).T
-    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0.0:
+    if polygon_area(np.array(ring(sides))) > 0.0:
         return list(sides)
     return [Side(side.end, side.start, side.through) for side in reversed(sides)]
+
+
+def polygon_area(corners: NDArray[np.float64]) -> float:
+    """Return the area of a polygon by its corners (n, 2), negative if clockwise [mm^2]."""
+    x, y = (corners - corners[0]).T
+    return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def ring(sides: Sequence[Side]) -> list[XY]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cfmpm.body import particle_domains
-from cfmpm.body.grid import Floats, Grid
+from cfmpm.body.grid import Floats, Grid, signed_areas
 from cfmpm.body.motion import Motion, interpolate
 from cfmpm.body.points import DeformedPoints, MaterialPoints
 from cfmpm.errors import SolveError
@@ -52,8 +52,7 @@ def clipped(
         owners,
     )
     found = np.bincount(owner, area, len(points))
-    ux, uy, vx, vy = domains.vertices.reshape(-1, 3, 2)[:, 1:].reshape(-1, 4).T
-    whole_area = 0.5 * (ux * vy - uy * vx)
+    whole_area = signed_areas(domains.vertices.reshape(-1, 3, 2))
     lost = np.flatnonzero(~(found >= (1.0 - LOST) * whole_area) | ~(whole_area > 0.0))
     lost = np.intersect1d(lost, owners)
     if lost.size:

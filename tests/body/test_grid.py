@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured import rectangle
 
-from cfmpm.body.grid import build_grid, regions_ahead
+from cfmpm.body.grid import build_grid, regions_ahead, signed_areas
 
 
 def euler_characteristic(grid):
@@ -142,3 +142,8 @@ def test_regions_ahead_are_two_along_their_border_and_else_one(degrees, swapped)
     for off, region in ((0.7, upper), (-0.7, lower), (1.5, upper), (-1.5, lower)):
         way = turn * np.exp(1j * off)
         assert regions_ahead(grid, grid.tips[0], np.array([way.real, way.imag])) == [region]
+
+
+def test_signed_areas():
+    corners = np.array([[[1e6, 0], [1e6 + 4, 0], [1e6, 3]], [[0, 0], [0, 3], [4, 0]]], float)
+    assert signed_areas(corners).tolist() == [6.0, -6.0]

@@ -13,10 +13,21 @@ from cfmpm.errors import SolveError
 from cfmpm.kernels.location import OUTSIDE
 
 
-def hull_test(corners, x):
-    """The paper's test (section 2.3): a point outside the triangle enlarges its convex hull."""
+def keeps_hull(corners, x):
+    """Whether a point leaves the convex hull of a triangle as large as it is: it lies inside.
+
+    The rule of section 2.3, three vertices of the hull, holds outside too: see below.
+    """
     hull = ConvexHull(corners).volume
     return ConvexHull(np.vstack([corners, x])).volume <= hull * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("x", [(3.0, -1.0), (-1.0, -1.0)])
+def test_three_vertices_of_the_hull_do_not_mean_inside(x):
+    """The rule of section 2.3 as printed takes points behind a corner for points inside."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    assert len(ConvexHull(np.vstack([corners, x])).vertices) == 3
+    assert not keeps_hull(corners, np.array(x))
 
 
 def distance_to_triangles(corners, x):
@@ -53,7 +64,7 @@ def test_t6_points_are_centroids_of_the_paper_s_corner_triangles():
     hinted=st.booleans(),
     shift=st.sampled_from([0.0, 1e3, -1e6]),
 )
-def test_every_point_is_found_where_the_paper_finds_it(shake, rng, hinted, shift):
+def test_every_point_is_found_in_the_triangle_that_contains_it(shake, rng, hinted, shift):
     grid = build_grid(rectangle(6, 5, shake=shake, crack=(2, 1, 4), seed=rng), "T3")
     draw = np.random.default_rng(rng)
     x = draw.uniform(-0.2, 1.2, (30, 2))
@@ -67,7 +78,7 @@ def test_every_point_is_found_where_the_paper_finds_it(shake, rng, hinted, shift
     assert (gaps <= 1e-9 * (1 + abs(shift))).all()
     if shift == 0.0:
         for element, position in zip(found[inside], x[inside], strict=True):
-            assert hull_test(corners[element], position)
+            assert keeps_hull(corners[element], position)
 
 
 @settings(max_examples=60)

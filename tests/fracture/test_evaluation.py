@@ -153,7 +153,7 @@ def test_each_tip_has_the_opening_and_the_material_of_its_own_crack(
             }
         ],
     }
-    history = solved(geometry=geometry).isel(step=0)
+    history = solved(geometry=geometry, kinematics="small").isel(step=0)
     modulus = np.array([1e4, 4e4]) / (1.0 - 0.3**2)
     g = (history.K_I**2 + history.K_II**2) / modulus
     np.testing.assert_allclose(history.G, g, rtol=1e-12)

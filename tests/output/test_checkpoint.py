@@ -15,6 +15,7 @@ from histories import same
 from scipy.sparse import issparse
 
 from cfmpm import simulation, steps
+from cfmpm.clock import Clock
 from cfmpm.errors import SceneError
 from cfmpm.output.checkpoint import Start, read_checkpoint, write_checkpoint
 from cfmpm.output.files import written_aside
@@ -189,6 +190,31 @@ def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     write_checkpoint(start, path)
     monkeypatch.undo()
     with pytest.raises(SceneError, match="format 0"):
+        read_checkpoint(path)
+
+
+def test_the_effect_of_finite_deformation_is_kept_with_its_tips(tmp_path: Path) -> None:
+    """Of a run for which `auto` chose finite deformation; other tips than the grid has are none."""
+    path, clock = tmp_path / CHECKPOINT, Clock(lambda phase: None)
+    pulled = [{"edge": "edge_1", "displacement": {"y": 0}}]
+    pulled += [{"point": [0, 0], "displacement": {"x": 0}}]
+    pulled += [{"edge": "edge_3", "traction": [0, 3000]}]
+    scene = scene_from_dict(SCENE | {"growth": None, "load_steps": 2, "loads": pulled})
+    start = beginning(scene)
+    at = steps.locate(start.stage, clock)
+    balance = steps.solve(at, None, clock)
+    state = steps.evaluate(at, balance, clock)
+    start.record.add(state, clock.lap())
+    following = steps.advance(at, balance, state, clock)
+    write_checkpoint(Start(following, start.record), path)
+    read = read_checkpoint(path).stage.balance
+    assert read is not None
+    assert read.finite
+    assert read.finite_effect_J == balance.finite_effect_J
+    assert len(read.finite_effect_J) == len(at.body.grid.tips) == 3
+    fewer = replace(balance, finite_effect_J=balance.finite_effect_J[:2])
+    write_checkpoint(Start(replace(following, balance=fewer), start.record), path)
+    with pytest.raises(SceneError, match="finite_effect_J"):
         read_checkpoint(path)
 
 

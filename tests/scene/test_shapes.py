@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 
 from cfmpm.scene.body import Circle, Vertex
-from cfmpm.scene.shapes import Side, arc_centre, ring, sides_of
+from cfmpm.scene.shapes import Side, arc_centre, polygon_area, ring, sides_of
 
 coordinate = st.floats(-10, 10, width=32)
 point = st.tuples(coordinate, coordinate)
@@ -117,3 +117,9 @@ def test_corners_close() -> None:
     sides = sides_of(corners)
     assert [side.end for side in sides] == [(2, 0), (2, 2), (0, 0)]
     assert Polygon(ring(sides)).area == pytest.approx(2 + math.pi / 2, rel=1e-4)
+
+
+def test_area_of_a_polygon_far_from_the_origin() -> None:
+    corners = np.array([[0, 0], [4, 0], [4, 2], [1, 1], [0, 2]]) + 1e9
+    assert polygon_area(corners) == 6.0
+    assert polygon_area(corners[::-1]) == -6.0

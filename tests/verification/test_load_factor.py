@@ -134,15 +134,23 @@ def test_at_which_cracks_run() -> None:
 class TestWarningOfFiniteDeformation:
     """The warning depends on the load that is reached, in any notation."""
 
-    SAID = "finite deformation is neglected"
+    SAID = "finite deformation is neglected, which would change the strain energy"
+    OF_J = "finite deformation is neglected, which would change J"
 
     @pytest.mark.parametrize(("load", "factor"), [(load / 2, f) for load, f in EQUIVALENT])
-    @pytest.mark.parametrize(("stress", "warned"), [(120.0, False), (240.0, True)])
-    def test_of_load_steps(self, load: float, factor: float, stress: float, warned: bool) -> None:
+    @pytest.mark.parametrize(
+        ("stress", "warned", "of_J"),
+        [(15.0, False, False), (120.0, False, True), (240.0, *2 * [True])],
+    )
+    def test_of_load_steps(
+        self, load: float, factor: float, stress: float, warned: bool, of_J: bool
+    ) -> None:
         scene = pulled(stress * load, plane="stress", load_steps=[0.5 * factor, factor])
         history = run(scene).history
         assert (float(history.finite_effect.max()) > mechanics.NEGLIGIBLE) == warned
         assert (self.SAID in history.attrs["warnings"]) == warned
+        assert (float(abs(history.finite_effect_J).max()) > mechanics.NEGLIGIBLE) == of_J
+        assert (self.OF_J in history.attrs["warnings"]) == of_J
 
     @pytest.mark.parametrize("load", [1.0, 1000.0])
     @pytest.mark.parametrize(("g_c", "warned"), [(1e-3, False), (400.0, True)])
@@ -152,10 +160,11 @@ class TestWarningOfFiniteDeformation:
         history = run(pulled(load, material=material, growth=growth)).history
         assert (float(history.finite_effect.max()) > mechanics.NEGLIGIBLE) == warned
         assert (self.SAID in history.attrs["warnings"]) == warned
+        assert (self.OF_J in history.attrs["warnings"]) == warned
 
     @pytest.mark.parametrize(("load", "factor"), [(load / 2, f) for load, f in EQUIVALENT])
     def test_auto_chooses_by_the_largest_load(self, load: float, factor: float) -> None:
-        for stress, finite in ((120.0, False), (240.0, True)):
+        for stress, finite in ((15.0, False), (30.0, True)):
             steps = [0.25 * factor, factor, 0.5 * factor]
             history = run(pulled(stress * load, load_steps=steps)).history
             assert (float(history.substeps[-1]) > 0) == finite

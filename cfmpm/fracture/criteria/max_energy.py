@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from cfmpm.fracture.criteria.kinked_factors import kinked_factors
 from cfmpm.fracture.criteria.protocols import DirectionByAngle, TipValues, is_closed
@@ -34,6 +33,7 @@ def max_energy_angle(k_1: float, k_2: float) -> float:
     """
     if is_closed(k_1, k_2):
         return math.nan
+    from scipy.optimize import minimize_scalar  # takes long, and few scenes need it
 
     def released(angle: float) -> float:
         return -float(np.hypot(*kinked_factors(k_1, k_2, angle)) ** 2)

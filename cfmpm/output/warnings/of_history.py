@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from cfmpm.fracture.ties import grid_error
 from cfmpm.mechanics import NEGLIGIBLE
@@ -67,27 +68,44 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
         With the steps.
     """
     effect = np.abs(history["finite_effect"].values)
-    felt = effect > NEGLIGIBLE
     if not finite:
-        said = (
-            f"{in_steps(felt)} finite deformation is neglected, which would change the strain "
-            f"energy by about {100 * np.nanmax(effect):.2g} % (finite_effect); {_by_finite(scene)} "
-            "takes it into account"
-            if felt.any()
-            else ""
-        )
-        return [said] if said else []
+        return _of_neglected(history, effect, scene)
     if scene.kinematics != "auto":
         return []
     lost = np.isnan(history["K_I"].values) & ~np.isnan(history["J"].values)
+    off = f"with a strain energy that is {100 * np.nanmax(effect):.2g} %"
+    in_J = np.abs(np.nan_to_num(history["finite_effect_J"].values))
     return [
         f"{name}: {in_steps(lost[:, i])} no K_I, K_II and T at finite "
         "deformation, which kinematics: auto chose, since strain around the tip is not small, or "
         "its faces are in contact or bend within the domain; G is J. "
-        f"kinematics: small gives K, with a strain energy that is {100 * np.nanmax(effect):.2g} % "
-        "off at the largest load (finite_effect)"
+        f"kinematics: small gives K, {off} and a J that is {100 * in_J[:, i].max():.2g} % "
+        "off at the largest load (finite_effect, finite_effect_J)"
         for i, name in enumerate(history["tip"].values)
         if lost[:, i].any()
+    ]
+
+
+def _of_neglected(history: xr.Dataset, effect: NDArray[np.float64], scene: Scene) -> list[str]:
+    """Warn of finite deformation that is neglected, in one sentence on energy and one on J."""
+    in_J = history["finite_effect_J"].values
+    felt = np.abs(in_J) > NEGLIGIBLE
+    changes = []
+    if (effect > NEGLIGIBLE).any():
+        size = f"the strain energy by about {100 * np.nanmax(effect):.2g} % (finite_effect)"
+        changes.append((effect > NEGLIGIBLE, size))
+    if felt.any():
+        sizes = [
+            f"{100 * column[np.nanargmax(np.abs(column))]:.2g} % at {name}"
+            for name, column in zip(history["tip"].values, in_J.T, strict=True)
+            if (np.abs(column) > NEGLIGIBLE).any()
+        ]
+        said = f"J by about {', '.join(sizes)} and K by half of that (finite_effect_J)"
+        changes.append((felt.any(axis=1), said))
+    return [
+        f"{in_steps(where)} finite deformation is neglected, which would change {change}; "
+        f"{_by_finite(scene)} takes it into account"
+        for where, change in changes
     ]
 
 

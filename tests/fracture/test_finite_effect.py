@@ -1,0 +1,77 @@
+"""Estimates of the effect of finite deformation by sums over points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import posed
+import pytest
+from outlines import named_rectangle
+
+from cfmpm import mechanics
+from cfmpm.build import build
+from cfmpm.equilibrium import newton, small_strain
+from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium.problem import BoundaryValueProblem
+from cfmpm.fracture import finite_effect
+from cfmpm.scene import scene_from_dict
+
+
+def solved(
+    law: str = "hencky", nu: float = 0.3, element: str = "T3"
+) -> tuple[BoundaryValueProblem, Equilibrium]:
+    """A plate with an edge crack, held at the bottom and pulled."""
+    scene = scene_from_dict(
+        {
+            "name": "plate",
+            "geometry": {
+                "outline": named_rectangle(40, 60),
+                "cracks": [{"points": [[0, 30], [12, 30]]}],
+            },
+            "material": {"E": 1e4, "nu": nu, "law": law},
+            "loads": [
+                {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
+                {"edge": "top", "traction": [3, 10]},
+            ],
+            "mesh": {"element": element, "size": 6},
+        }
+    )
+    problem = mechanics.problem_of(*mechanics.locate(build(scene)))
+    return problem, posed.balanced(problem)
+
+
+@pytest.mark.parametrize("scale", [1.0, 30.0])
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("nu", [0.3, 0.49])
+@pytest.mark.parametrize("law", ["hencky", "neo_hookean", "ciarlet"])
+def test_effect_on_the_energy_is_work_of_the_unbalanced_force(
+    law: str, nu: float, element: str, scale: float
+) -> None:
+    problem, balance = solved(law, nu, element)
+    u = scale * balance.displacement
+    points, _ = newton.deform(problem, u, np.zeros((len(problem.points), 0)))
+    unbalanced = scale * balance.internal_force - newton.internal_force(problem, points)
+    energy = scale**2 * (balance.points.energy @ balance.points.volume)
+    found, gradient = finite_effect.on_energy(problem, balance, scale)
+    assert found == pytest.approx(abs(np.vdot(unbalanced, u)) / (2.0 * energy), rel=1e-9)
+    norms = np.linalg.norm(balance.points.displacement_gradient, axis=(1, 2))
+    assert 0.5 * norms.min() < gradient < norms.max()
+
+
+def test_a_state_that_would_turn_points_inside_out_is_extrapolated_from() -> None:
+    problem, balance = solved()
+    effects = [finite_effect.on_energy(problem, balance, scale)[0] for scale in (1e4, 2e4)]
+    assert math.isfinite(effects[0])
+    assert effects[1] == pytest.approx(2.0 * effects[0])
+
+
+def test_a_body_at_rest_has_no_effect() -> None:
+    problem, balance = solved()
+    nothing = replace(
+        balance,
+        displacement=np.zeros_like(balance.displacement),
+        points=small_strain.deform(problem, np.zeros_like(balance.displacement)),
+    )
+    assert finite_effect.on_energy(problem, nothing) == (0.0, 0.0)

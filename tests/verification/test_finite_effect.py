@@ -1,0 +1,179 @@
+"""The estimate of what finite deformation changes in J, against runs at finite deformation."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from outlines import named_rectangle
+
+import cfmpm
+from cfmpm import simulation, steps
+from cfmpm.fracture import finite_effect
+from cfmpm.mechanics import NEGLIGIBLE
+from cfmpm.output.checkpoint import Start
+from cfmpm.output.record import Record
+from cfmpm.scene import load_scene, scene_from_dict
+
+STEEL = {"E": 2e5, "nu": 0.3}
+
+
+def family(kind: str, size: float = 5.0, **keys: Any) -> dict[str, Any]:
+    """A specimen of steel."""
+    return {"family": {"kind": kind, **keys}, "material": STEEL, "mesh": {"size": size}}
+
+
+def body(
+    width: float, height: float, crack: list[list[float]], loads: list[Any], size: float = 5.0
+) -> dict[str, Any]:
+    """A rectangle of steel with one crack."""
+    return {
+        "geometry": {"outline": named_rectangle(width, height), "cracks": [{"points": crack}]},
+        "loads": loads,
+        "material": STEEL,
+        "mesh": {"size": size},
+    }
+
+
+def single_edge(a: float, traction: float, height: float = 3.0) -> dict[str, Any]:
+    """An edge-cracked plate by crack length and height over a width of 50 mm."""
+    lengths = {"width": 50, "height": 50 * height, "crack_length": 50 * a}
+    return family("single_edge", **lengths, traction=traction)
+
+
+CLAMPED = {"edge": "bottom", "displacement": {"x": 0, "y": 0}}
+ALL_ROUND = [
+    {"edge": edge, "traction": [1e3 * x, 1e3 * y]}
+    for edge, (x, y) in {"top": (0, 1), "bottom": (0, -1), "left": (-1, 0), "right": (1, 0)}.items()
+]
+APART = [
+    {"name": "up", "point": [0, 10], "displacement": {"x": 0, "y": 1}},
+    {"name": "down", "point": [0, 0], "displacement": {"x": 0, "y": -1}},
+]
+ARCH = [[30, 50], [36, 55], [44, 59], [50, 60], [56, 59], [64, 55], [70, 50]]
+SCENES = {
+    "long_crack": single_edge(0.9, 3.0),
+    "half_cracked": single_edge(0.5, 100.0),
+    # The effect on the energy is below 0.1 %.
+    "short_crack": single_edge(0.24, 250.0),
+    "centre_crack": family("centre_crack", 8, width=100, height=200, crack_length=40, traction=800),
+    "slanted": family(
+        "centre_crack", 8, width=100, height=200, crack_length=40, crack_angle=45, traction=1000
+    ),
+    "compact_tension": family("compact_tension", width=50, crack_length=25, force=3000),
+    "bend": family(
+        "three_point_bend",
+        2,
+        length=20,
+        height=8,
+        span=18,
+        crack_length=1.5,
+        crack_offset=-5,
+        force=3e3,
+    ),
+    "biaxial": body(100, 100, [[35, 50], [65, 50]], ALL_ROUND, 8),
+    "sheared": body(
+        100, 100, [[0, 50], [50, 50]], [CLAMPED, {"edge": "top", "traction": [100, 0]}]
+    ),
+    "gripped": body(
+        50, 100, [[0, 50], [25, 50]], [CLAMPED, {"edge": "top", "displacement": {"x": 0, "y": 1}}]
+    ),
+    "double_cantilever": body(100, 10, [[0, 5], [60, 5]], APART, 2.5),
+    "heavy": body(
+        50,
+        150,
+        [[0, 75], [20, 75]],
+        [{"edge": "top", "displacement": {"x": 0, "y": 0}}, {"body_force": [0, -5]}],
+    ),
+    "closed_arch": body(100, 100, ARCH, [CLAMPED, {"edge": "top", "traction": [50, -100]}]),
+}
+
+
+def run(scene: dict[str, Any], **changes: Any) -> xr.Dataset:
+    return cfmpm.run(scene_from_dict({"name": "scene", **scene, **changes})).history
+
+
+def changed(scene: dict[str, Any], small: xr.Dataset) -> Any:
+    """What finite deformation does change."""
+    return run(scene, kinematics="finite").J.values[-1] / small.J.values[-1] - 1.0
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+@pytest.mark.parametrize("name", SCENES)
+def test_the_estimate_is_the_change_of_j(name: str, element: str) -> None:
+    scene = SCENES[name] | {"mesh": SCENES[name]["mesh"] | {"element": element}}
+    small = run(scene, kinematics="small")
+    change = changed(scene, small)
+    assert 2e-3 < np.abs(change).max() < 0.1
+    # What is left is of second order.
+    np.testing.assert_allclose(small.finite_effect_J.values[-1], change, rtol=0.15)
+
+
+def test_a_change_of_j_is_told_where_that_of_the_energy_is_small() -> None:
+    """The tension straightens a long plate; its energy hardly changes. The advice is what helps."""
+    plate = single_edge(0.3, 80.0, height=8.0)
+    small = run(plate, kinematics="small", load_steps=[0.1, 0.9, 1.0])
+    assert float(small.finite_effect[-1]) < 1e-3
+    effect = small.finite_effect_J.values[:, 0]
+    np.testing.assert_allclose(effect, effect[-1] * small.load_factor, rtol=1e-12)
+    assert effect[-1] < -NEGLIGIBLE
+    (said,) = (text for text in json.loads(small.warnings) if "neglected" in text)
+    felt = 1 + int(np.argmax(np.abs(effect) > NEGLIGIBLE))
+    assert felt == 2
+    assert said == (
+        "in steps 2 to 3 finite deformation is neglected, which would "
+        f"change J by about {100 * effect[-1]:.2g} % at crack_1 and K by half of that "
+        "(finite_effect_J); kinematics: finite takes it into account"
+    )
+    advised = run(plate, kinematics="finite")
+    assert advised.J.values[-1, 0] / small.J.values[-1, 0] - 1.0 == pytest.approx(effect[-1], 0.1)
+    assert not any("neglected" in text for text in json.loads(advised.warnings))
+
+
+def test_auto_goes_by_j_too() -> None:
+    """J of this beam changes by 2 %, its energy by less than a thousandth."""
+    path = Path(__file__).parents[2] / "configs/examples/three_point_bend.yaml"
+    history = cfmpm.run(load_scene(path)).history
+    assert float(history.substeps[-1]) > 0
+    assert float(history.finite_effect[-1]) < 1e-3
+    effect = float(history.finite_effect_J[-1, 0])
+    small = cfmpm.run(load_scene(path, {"kinematics": "small"})).history
+    assert float(history.J[-1, 0] / small.J[-1, 0]) - 1.0 == pytest.approx(effect, rel=0.05)
+    assert effect > NEGLIGIBLE
+    assert f"J by about {100 * effect:.2g} % (finite_effect_J)" in history.attrs["kinematics"]
+    assert np.isfinite(history.K_I.values).all()
+
+
+def test_a_body_that_hardly_strains_pays_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def on_j(*arguments: Any) -> Any:
+        raise AssertionError("not needed")
+
+    monkeypatch.setattr(finite_effect, "on_j", on_j)
+    history = run(single_edge(0.3, 5.0))
+    assert np.isnan(history.finite_effect_J.values).all()
+    assert 0.0 < float(history.finite_effect[-1]) < 1e-4
+    growth = {"growth": {"control": "load", "increments": 2}}
+    steel = {"material": STEEL | {"g_c": 1e-3}}
+    assert run(single_edge(0.3, 5.0) | growth | steel).sizes["step"] == 3
+
+
+def test_fixed_loads_count_too() -> None:
+    """The estimate of loads one of which is fixed is that of all of them together."""
+    scene = single_edge(0.5, 40.0) | {"kinematics": "small", "name": "plate"}
+    together = run(scene).finite_effect_J.values[-1]
+    full = scene_from_dict(scene)
+    stage = steps.begin(full, {"top", "bottom"})
+    result = simulation.run(full, start=Start(stage, Record.of(full, stage)))
+    np.testing.assert_allclose(result.history.finite_effect_J.values[-1], together, rtol=1e-9)
+
+
+def test_a_crack_that_is_pressed_shut_has_no_j_to_change() -> None:
+    shut = family("centre_crack", 8, width=100, height=200, crack_length=40, traction=-800)
+    history = run(shut, kinematics="small")
+    assert float(history.contact_pairs[-1]) > 0
+    assert np.isnan(history.finite_effect_J.values).all()
+    assert "change J" not in history.attrs["warnings"]
