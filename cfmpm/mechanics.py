@@ -232,7 +232,7 @@ def _solve_small(
         balance = small_strain.solve_linear(problem, stiffness, factor, tangent)
     energy, gradient = finite_effect.on_energy(problem, balance, largest)
     balance = replace(balance, finite_effect=energy / largest)
-    if not (body.grid.tips and finite_effect.may_be_felt(body, reach * gradient)):
+    if not (body.grid.tips and finite_effect.may_be_felt(body, balance, reach * gradient)):
         return balance
     with clock("fracture"):
         J = finite_effect.on_j(body, problem, balance, tangent)
