@@ -18,11 +18,10 @@ from cfmpm.linear.solvers import Factor
 
 # Energy over modulus times displacement squared below which it is round-off of a rigid motion.
 ROUND_OFF = 1e-24
-# Mean displacement gradient times slenderness of the body up to which the effect on J is not looked
-# for, without and with contact of crack faces. The effect is at most 3.4 times that at open cracks,
-# in columns and edge-cracked plates up to 20 times as long as wide, and 19 times that at tips that
-# are almost closed (150 random scenes): 1 % is not missed by a factor of 3 and of 1.7.
-FELT, FELT_BY_CLOSED = 1e-3, 3e-4
+# Effect on the energy, and mean displacement gradient times slenderness of the body, up to which
+# the effect on J is not looked for: with both, it is at most 0.6 % in columns and edge-cracked
+# plates up to 20 times as long as wide, and in 670 random scenes.
+FELT_ENERGY, FELT, FELT_BY_CLOSED = 5e-4, 1e-3, 3e-4
 # Largest displacement gradient of the state at which the change of J is taken: so small that it is
 # the derivative in slender arms too, where terms of second order are large by their rotation.
 SMALL = 1e-7
@@ -76,7 +75,7 @@ def on_energy(
         factor *= 0.5
 
 
-def may_be_felt(body: Body, balance: Equilibrium, gradient: float) -> bool:
+def may_be_felt(body: Body, balance: Equilibrium, energy: float, gradient: float) -> bool:
     """Whether finite deformation may change J by a few per mille.
 
     Parameters
@@ -84,17 +83,19 @@ def may_be_felt(body: Body, balance: Equilibrium, gradient: float) -> bool:
     body : Body
     balance : Equilibrium
         At small strain.
-    gradient : float
-        Mean norm of its displacement gradient, from `on_energy`.
+    energy, gradient : float
+        From `on_energy`.
 
     Notes
     -----
-    By that norm times the square of the diagonal of the body over its area. Other than sums of work
-    the mean has no parts of opposite sign, which cancel while J changes: in an edge-cracked plate
-    at a crack length of 0.3 widths.
+    Sums of work have parts of opposite sign, which cancel while J changes: in an edge-cracked plate
+    at a crack length of 0.3 widths. The mean norm of the displacement gradient has not; it counts
+    times the square of the diagonal of the body over its area. At tips that are almost closed J is
+    small, and changes by more.
     """
     slenderness = np.square(np.ptp(body.grid.nodes, axis=0)).sum() / body.integration.volume.sum()
-    return bool(slenderness * gradient > (FELT_BY_CLOSED if balance.contact_pairs else FELT))
+    limit = FELT_BY_CLOSED if balance.contact_pairs else FELT
+    return bool(energy > FELT_ENERGY or slenderness * gradient > limit)
 
 
 def on_j(body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor) -> Floats:
