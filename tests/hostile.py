@@ -1,9 +1,10 @@
-"""Random invalid input: scenes, study files and damaged results, with fixed seeds.
+"""Random input: invalid scenes, odd scenes to mesh, study files, damaged results; fixed seeds.
 
 As a script it runs the given number of cases in child processes, and counts violations of what
 is required:
 
     python tests/hostile.py scenes 10000
+    python tests/hostile.py grids 1000
     python tests/hostile.py studies 1000
     python tests/hostile.py results 1000
 
@@ -24,13 +25,14 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from click.testing import Result
 
 ROOT = Path(__file__).parents[1]
 CPU_SECONDS, MEMORY = 10.0, 2**30  # of one case; of a process
@@ -228,6 +230,79 @@ def scenes(folder: Path) -> Callable[[random.Random], None]:
     return one
 
 
+# Largest expected number of triangles of a scene that is meshed: others may well take long.
+MOST_TRIANGLES = 5000
+
+
+def nudged(data: Any, rng: random.Random) -> Any:
+    """A copy of plain data with a few numbers that may still fit."""
+    data = copy.deepcopy(data)
+    numbers = [
+        way for way in places(data) if isinstance(value_at(data, way), float | int) and len(way) > 1
+    ]
+    for _ in range(rng.choice([1, 1, 2, 3, 6])):
+        *way, last = rng.choice(numbers)
+        inside, value = value_at(data, way), value_at(data, [*way, last])
+        if isinstance(value, bool):
+            continue
+        kind = rng.randrange(4)
+        if kind == 0:
+            inside[last] = value * rng.choice([-1, 0.1, 0.5, 0.9, 0.99, 1.01, 1.1, 2, 3, 10])
+        elif kind == 1:
+            inside[last] = value * (1 + rng.choice([-1, 1]) * 10 ** rng.uniform(-9, -2))
+        elif kind == 2:
+            inside[last] = value_at(data, rng.choice(numbers))
+        else:
+            inside[last] = value + rng.uniform(-1, 1) * abs(value_at(data, rng.choice(numbers)))
+    return data
+
+
+def value_at(data: Any, way: Sequence[Any]) -> Any:
+    """What stands at a place of plain data."""
+    for key in way:
+        data = data[key]
+    return data
+
+
+def grids(folder: Path) -> Callable[[random.Random], None]:
+    """Check an odd but valid scene by the command, which meshes it and draws it."""
+    from typer.testing import CliRunner
+
+    from cfmpm.cli.app import app
+    from cfmpm.errors import SceneError
+    from cfmpm.meshing import expected_triangles
+    from cfmpm.scene import load_scene
+
+    sources = bases(ROOT / "configs" / "examples") + bases(ROOT / "configs" / "paper")
+    sources = [one for one in sources if "base" not in one]
+    path, runner = folder / "scene.yaml", CliRunner()
+
+    def one(rng: random.Random) -> None:
+        while True:
+            source = rng.choice(sources)
+            data = spoiled(source, rng) if rng.random() < 0.2 else nudged(source, rng)
+            path.write_text(json.dumps(data))
+            try:
+                scene = load_scene(path)
+            except SceneError:
+                continue
+            if (expected_triangles(scene) or 0.0) <= MOST_TRIANGLES:
+                break
+        shutil.rmtree(folder / "result", ignore_errors=True)
+        arguments = ["check", str(path), "--output", str(folder / "result")]
+        passed(runner.invoke(app, arguments, catch_exceptions=True), json.dumps(data))
+
+    return one
+
+
+def passed(done: Result, what: str) -> None:
+    """Raise where a command did not end by an exit of its own."""
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    if done.exit_code not in (0, 1, 2) or "Traceback" in done.output:
+        raise AssertionError(f"{what}: status {done.exit_code}: {done.output}")
+
+
 def studies(folder: Path) -> Callable[[random.Random], None]:
     """Read a random invalid study file."""
     from cfmpm.study.reading import load_study
@@ -302,10 +377,7 @@ def results(folder: Path) -> Callable[[random.Random], None]:
         done = runner.invoke(app, arguments, catch_exceptions=True)
         if listed(around, result) != before:
             raise AssertionError(f"{command} has touched what is not the result's")
-        if done.exception is not None and not isinstance(done.exception, SystemExit):
-            raise done.exception
-        if done.exit_code not in (0, 1, 2) or "Traceback" in done.output:
-            raise AssertionError(f"{command}: status {done.exit_code}: {done.output}")
+        passed(done, command)
 
     return one
 
@@ -423,7 +495,7 @@ def craft_arrays(path: Path, rng: random.Random) -> None:
     np.savez(path, **arrays)
 
 
-KINDS = {"scenes": scenes, "studies": studies, "results": results}
+KINDS = {"scenes": scenes, "grids": grids, "studies": studies, "results": results}
 
 
 def violations(kind: str, cases: range) -> Counter[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 # How many, in how many processes: each begins anew with its memory.
-CASES = {"scenes": 1000, "studies": 100, "results": 100}
+CASES = {"scenes": 1000, "grids": 100, "studies": 100, "results": 100}
 
 
 @pytest.mark.slow

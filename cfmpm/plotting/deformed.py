@@ -70,10 +70,12 @@ def draw_deformed(
     axes.add_collection(
         LineCollection(list(moved[inner]), colors="white", linewidths=0.25, alpha=0.35)
     )
-    axes.add_collection(LineCollection(list(moved[outer]), colors=BLACK, linewidths=0.7))
     axes.add_collection(
         LineCollection(list(mesh.nodes[outer]), colors=GREY, linewidths=0.7, linestyles=":")
     )
+    # Seen on the darkest colour too, where a crack is closed.
+    axes.add_collection(LineCollection(list(moved[outer]), colors="white", linewidths=2.1))
+    axes.add_collection(LineCollection(list(moved[outer]), colors=BLACK, linewidths=0.7))
     axes.autoscale_view()
     length_axes(axes)
     said = fields[stress].attrs

@@ -16,7 +16,13 @@ from cfmpm.scene import load_scene
 from cfmpm.state import State
 
 
-def write_film(scene_file: str, replaced: Mapping[str, Any], every: int, path: str | Path) -> None:
+def write_film(
+    scene_file: str,
+    replaced: Mapping[str, Any],
+    every: int,
+    film: str | Path,
+    shown: str | Path,
+) -> None:
     """Film the growth of one variant.
 
     Parameters
@@ -26,8 +32,11 @@ def write_film(scene_file: str, replaced: Mapping[str, Any], every: int, path: s
         Values of the scene that the variant replaces, by dotted keys.
     every : int
         Of how many increments one is shown.
-    path : Path
-        Of the GIF file.
+    film : Path
+        GIF file.
+    shown : Path
+        The same as an animated PNG, which Snakemake's report shows: a GIF it only offers to be
+        saved.
     """
     frames: list[xr.Dataset] = []
 
@@ -37,4 +46,4 @@ def write_film(scene_file: str, replaced: Mapping[str, Any], every: int, path: s
             frames.append(state_fields(state, step, record.steps[-1].load_factor, {}))
 
     cfmpm.run(load_scene(scene_file, replaced), observe=keep)
-    animate_growth(frames, Path(path))
+    animate_growth(frames, Path(film), Path(shown))

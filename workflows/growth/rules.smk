@@ -3,6 +3,12 @@
 GROWTH = "results/paper/growth"
 GROWN = {study: f"{GROWTH}/{study}.nc" for study in STUDIES}
 
+EDGE = "5.2 Edge crack grows"
+SHEAR = "5.3 Edge crack under shear"
+HOLES = "5.4 Two holes, two cracks"
+BEAM = "5.5 Beam with three holes"
+OF_STUDY = dict(edge=EDGE, shear=SHEAR, holes=HOLES, beam=BEAM)
+
 
 rule growth:
     # All variants of a study in one job: most take a second or two.
@@ -35,11 +41,12 @@ rule film:
         compiled=rules.warm_up.output.stamp,
         code=[*modules("film"), *PLOTTING],
     output:
-        film=report(
-            "results/paper/{study}.gif",
-            caption="report/film.rst",
-            category="Films",
-            labels={"film": "{study}"},
+        film="results/paper/{study}.gif",
+        shown=item(
+            "results/paper/film_{study}.png",
+            "report/film.rst",
+            lambda wildcards: OF_STUDY[wildcards.study],
+            "Film: the cracks as they grow",
         ),
     log:
         "results/logs/film/{study}.log",
@@ -57,9 +64,6 @@ rule film:
         "Film of the growing cracks: {wildcards.study}"
     script:
         "jobs/film.py"
-
-
-EDGE = "5.2 Edge crack grows"
 
 
 rule section_5_2:
@@ -87,8 +91,6 @@ rule section_5_2:
 
 
 contribute(EDGE, [9, 10], ["growth/edge", "section_5_2", "film/edge"])
-
-SHEAR = "5.3 Edge crack under shear"
 
 
 rule section_5_3:
@@ -118,8 +120,6 @@ rule section_5_3:
 
 contribute(SHEAR, [11, 12], ["growth/shear", "section_5_3", "film/shear"])
 
-HOLES = "5.4 Two holes, two cracks"
-
 
 rule section_5_4:
     input:
@@ -147,8 +147,6 @@ rule section_5_4:
 
 
 contribute(HOLES, [13, 14], ["growth/holes", "section_5_4", "film/holes"])
-
-BEAM = "5.5 Beam with three holes"
 
 
 rule section_5_5:
@@ -210,3 +208,4 @@ rule claims_growth:
 
 CLAIMS["5.2 to 5.5"] = "results/paper/sections_5_2_to_5_5.csv"
 FILMS += [f"results/paper/{study}.gif" for study in STUDIES]
+FILMS += [f"results/paper/film_{study}.png" for study in STUDIES]

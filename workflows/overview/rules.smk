@@ -11,11 +11,11 @@ rule overview:
         captions=[path for s in SECTIONS.values() for path in s["captions"].values()],
         code=modules("overview"),
     output:
-        page=report(
+        page=item(
             "results/paper/overview.html",
-            caption="report/overview.rst",
-            category="5 All figures and claims",
-            labels={"figure": "all", "shows": "figures beside claims, every claim"},
+            "report/overview.rst",
+            "5 All figures and claims",
+            "All figures and claims",
         ),
     log:
         "results/logs/overview.log",

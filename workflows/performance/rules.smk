@@ -45,38 +45,35 @@ rule work_precision_figures:
         data=rules.work_precision_data.output.data,
         code=[*modules("work_precision_figures"), *PLOTTING],
     output:
-        errors=report(
+        errors=item(
             "results/performance/work_precision.png",
-            caption="report/work_precision.rst",
-            category="Performance",
-            labels={"figure": "work and precision", "shows": "error against CPU time"},
+            "report/work_precision.rst",
+            "Performance",
+            "Error against CPU time",
         ),
-        paths=report(
+        paths=item(
             "results/performance/paths.png",
-            caption="report/paths.rst",
-            category="Performance",
-            labels={
-                "figure": "paths",
-                "shows": "error of growing cracks against CPU time",
-            },
+            "report/paths.rst",
+            "Performance",
+            "Growing cracks: error against CPU time",
         ),
-        grading=report(
+        grading=item(
             "results/performance/grading.png",
-            caption="report/grading.rst",
-            category="Performance",
-            labels={"figure": "grading", "shows": "sizes, growth, radius"},
+            "report/grading.rst",
+            "Performance",
+            "Grading: element sizes, growth, radius",
         ),
-        solvers=report(
+        solvers=item(
             "results/performance/solvers.png",
-            caption="report/solvers.rst",
-            category="Performance",
-            labels={"figure": "solvers", "shows": "cfmpm and scikit-fem"},
+            "report/solvers.rst",
+            "Performance",
+            "Solvers: cfmpm and scikit-fem",
         ),
-        page=report(
+        page=item(
             "results/performance/defaults.html",
-            caption="report/defaults.rst",
-            category="Performance",
-            labels={"figure": "page", "shows": "which defaults follow"},
+            "report/defaults.rst",
+            "Performance",
+            "Defaults that follow",
         ),
     log:
         "results/logs/performance/work_precision_figures.log",
@@ -121,11 +118,11 @@ rule scaling_figure:
         data=rules.scaling_data.output.data,
         code=[*modules("scaling_figure"), *PLOTTING],
     output:
-        picture=report(
+        picture=item(
             "results/performance/scaling.png",
-            caption="report/scaling.rst",
-            category="Performance",
-            labels={"figure": "scaling", "shows": "phases of a run"},
+            "report/scaling.rst",
+            "Performance",
+            "Run time against size",
         ),
     log:
         "results/logs/performance/scaling_figure.log",

@@ -15,21 +15,27 @@ def contribute(section, numbers, jobs):
     }
 
 
+def item(path, caption, section, name):
+    """A result as an item of Snakemake's report.
+
+    Its name is its one label. Of a second one with two values, each in half of a section's
+    items, the report makes a switch and takes it that all combinations are there: a section of
+    two items empties the page.
+    """
+    return report(path, caption=caption, category=section, labels={"item": name})
+
+
 def figure(number, shows, section):
     """A figure of the paper as an item of Snakemake's report."""
-    return report(
+    return item(
         f"results/paper/fig{number}.png",
-        caption=f"report/fig{number}.rst",
-        category=section,
-        labels={"figure": str(number), "shows": shows},
+        f"report/fig{number}.rst",
+        section,
+        # Items are sorted as text: of two digits or one and a blank.
+        f"Fig. {number!s:>2}: {shows}",
     )
 
 
 def claims(page, caption, section):
     """A table of claims as an item of Snakemake's report."""
-    return report(
-        page,
-        caption=caption,
-        category=section,
-        labels={"figure": "table", "shows": "paper, reference, cfmpm"},
-    )
+    return item(page, caption, section, "Claims: what the paper says, what was found")

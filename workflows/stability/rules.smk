@@ -32,11 +32,11 @@ rule stability_page:
     output:
         errors="results/stability/errors.png",
         paths="results/stability/paths.png",
-        page=report(
+        page=item(
             "results/stability/stability.html",
-            caption="report/stability.rst",
-            category="Stability",
-            labels={"figure": "all", "shows": "extreme cases"},
+            "report/stability.rst",
+            "Stability",
+            "Extreme cases",
         ),
     log:
         "results/logs/stability_page.log",
