@@ -231,8 +231,10 @@ def _solve_small(
         tangent = small_strain.factored(problem, stiffness)
         balance = small_strain.solve_linear(problem, stiffness, factor, tangent)
     energy, gradient = finite_effect.on_energy(problem, balance, largest)
-    balance = replace(balance, finite_effect=energy / largest)
-    if not (body.grid.tips and finite_effect.may_be_felt(body, reach * gradient)):
+    energy /= largest
+    balance = replace(balance, finite_effect=energy)
+    sizes = reach * energy, reach * gradient
+    if not (body.grid.tips and finite_effect.may_be_felt(body, balance, *sizes)):
         return balance
     with clock("fracture"):
         J = finite_effect.on_j(body, problem, balance, tangent)
