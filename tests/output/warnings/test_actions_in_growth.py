@@ -11,6 +11,8 @@ from warned import OUTLINE, PULL, gone, number_behind, plate, solved, the_warnin
 
 from cfmpm.scene.growth import Growth
 
+pytestmark = pytest.mark.slow
+
 
 class TestGrowth:
     def crossing(self, **changes: Any) -> dict[str, Any]:
@@ -20,7 +22,6 @@ class TestGrowth:
             **changes,
         )
 
-    @pytest.mark.slow
     def test_a_tip_that_leaves_the_refined_grid(self) -> None:
         part = "has left the refined part"
         text = the_warning(self.crossing(), part)
@@ -34,7 +35,6 @@ class TestGrowth:
         assert history["tip_size"].max() > 3.0 * history["tip_size"][0, 0]
         assert "has left the refined part" not in history.attrs["warnings"]
 
-    @pytest.mark.slow
     def test_little_clearance(self) -> None:
         """A crack that passes a hole at a distance of less than three elements."""
         scene = plate(growth={"control": "crack", "increments": 14}, mesh={"size": 8})
@@ -88,7 +88,6 @@ class TestGrowth:
         scene["geometry"] = scene["geometry"] | {"regions": [hard]}
         return scene
 
-    @pytest.mark.slow
     def test_a_segment_beside_the_direction_of_growth(self) -> None:
         part = "from the direction of growth"
         text = the_warning(self.inclusion(), part)
@@ -200,7 +199,6 @@ class TestInterface:
 
     PART = "the tip lies on the interface of two materials"
 
-    @pytest.mark.slow
     def test_of_a_crack_that_crosses_it(self) -> None:
         """Askew, so that straight ahead is not the direction of growth."""
         right = [[18, 0], [60, 0], [60, 60], [28, 60]]
