@@ -38,15 +38,20 @@ def force_imbalance(body: Body, balance: Equilibrium) -> float:
     float
         Resultant of the loads and of what their supports exert, at small strain also its moment
         over the size of the body, over the largest force at a loaded part. What the program holds
-        rigid motions by is not among them: a force there shows here. nan where the grid is reset,
-        as springs carry loads there.
+        rigid motions by is not among them: a force there shows here. At finite deformation its
+        hold of a rotation is, which a warning tells (`mechanics.leans`). nan where the grid is
+        reset, as springs carry loads there.
     """
     if body.motion is not None:
         return math.nan
     loading = body.loading
     applied = loading.at(balance.load_factor)
     held = balance.internal_force - applied.force - balance.contact_force
-    reaction = np.where(loading.supported, held, 0.0)
+    supported = loading.supported
+    if balance.finite:
+        supported = supported.copy()
+        supported[tuple(loading.holds.turning.T)] = True
+    reaction = np.where(supported, held, 0.0)
     acting = applied.force + reaction
     parts = [np.abs(applied.own_weight).sum(axis=0)]
     parts += [
