@@ -155,10 +155,11 @@ class Flexibility:
             moved = -np.asarray(found, float)
             force = np.zeros(len(gap))
             force[closed] = solved[:, 0] + solved[:, 1:] @ moved
-            opening = gap + self._matrix @ force + parting @ moved
-            wrong = np.where(closed, force < 0.0, opening < -slack)
+            yielded = self._matrix @ force
+            wrong = np.where(closed, force < 0.0, gap + yielded + parting @ moved < -slack)
             if not wrong.any():
-                return force, moved
+                # Parts that have gone so far that they only touch do not press.
+                return force * bool(np.abs(yielded).max() > slack), moved
             closed ^= wrong
         return None
 

@@ -123,21 +123,24 @@ def evaluate_tips(
     return values
 
 
-def j_of_tips(body: Body, gradients: Floats, balance: Equilibrium, nodal: Floats) -> Floats:
+def j_of_tips(body: Body, balance: Equilibrium, nodal: Floats) -> Floats:
     """Return J over the largest radius at every tip alone [N/mm], (tip,).
 
     Parameters
     ----------
-    body, gradients, balance, nodal
+    body, balance, nodal
         As of `evaluate_tips`.
     """
-    radii = [max(domain.radii) for domain in body.tip_domains]
-    return np.array(
-        [
-            _j_integral(_Neighbourhood.of(body, gradients, balance, nodal, tip, radius), radius)
-            for tip, radius in zip(body.grid.tips, radii, strict=True)
-        ]
-    )
+    grid, u = body.grid, balance.displacement
+    found = []
+    for tip, domain in zip(grid.tips, body.tip_domains, strict=True):
+        radius = _within_bend(max(domain.radii), tip)
+        J = cf.j_integral(nodal, cf.virtual_extension(grid, tip, radius))
+        if balance.contact_pairs:
+            turning = turning_of(grid, tip.crack, u) if balance.finite else None
+            J += cf.j_of_sliding(grid, tip, radius, balance.contact_force, u, turning)
+        found.append(J)
+    return np.array(found)
 
 
 def _forces_of_ring(near: _Neighbourhood, radius: float) -> dict[str, float]:
@@ -307,9 +310,14 @@ def _j_plastic(grid: Grid, plastic: Floats, tip: CrackTip, radius: float) -> flo
     return cf.j_integral(plastic, cf.virtual_extension(grid, tip, radius))
 
 
+def _within_bend(radius: float, tip: CrackTip) -> float:
+    """The radius of a ring for J, limited by the nearest sharp bend of the crack [mm]."""
+    return min(radius, FILL * sharp_bend(tip))
+
+
 def _j_integral(near: _Neighbourhood, radius: float) -> float:
-    """J over a ring [N/mm]; the radius is limited by the nearest sharp bend of the crack."""
-    radius = min(radius, FILL * sharp_bend(near.tip))
+    """J over a ring [N/mm]."""
+    radius = _within_bend(radius, near.tip)
     J = cf.j_integral(near.nodal, cf.virtual_extension(near.grid, near.tip, radius))
     if near.contact_force is None:
         return J

@@ -18,11 +18,10 @@ from cfmpm.linear.solvers import Factor
 
 # Energy over modulus times displacement squared below which it is round-off of a rigid motion.
 ROUND_OFF = 1e-24
-# Mean displacement gradient times slenderness of the body up to which the effect on J is not looked
-# for. The effect is up to 8 times that (closed cracks that curve), 1 to 4 times in plates with edge
-# cracks and columns 1 to 20 times as long as wide, whose bent parts the load straightens or bends
-# more, and less in others: 1 % is not missed by a factor of 4.
-FELT = 3e-4
+# Effect on the energy, and mean displacement gradient times slenderness of the body, up to which
+# the effect on J is not looked for: with both, it is at most 0.6 % in columns and edge-cracked
+# plates up to 20 times as long as wide, and in 670 random scenes.
+FELT_ENERGY, FELT, FELT_BY_CLOSED = 5e-4, 1e-3, 3e-4
 # Largest displacement gradient of the state at which the change of J is taken: so small that it is
 # the derivative in slender arms too, where terms of second order are large by their rotation.
 SMALL = 1e-7
@@ -76,23 +75,27 @@ def on_energy(
         factor *= 0.5
 
 
-def may_be_felt(body: Body, gradient: float) -> bool:
+def may_be_felt(body: Body, balance: Equilibrium, energy: float, gradient: float) -> bool:
     """Whether finite deformation may change J by a few per mille.
 
     Parameters
     ----------
     body : Body
-    gradient : float
-        Mean norm of the displacement gradient, from `on_energy`.
+    balance : Equilibrium
+        At small strain.
+    energy, gradient : float
+        From `on_energy`.
 
     Notes
     -----
-    By that norm times the square of the diagonal of the body over its area. Other than sums of work
-    the mean has no parts of opposite sign, which cancel while J changes: in an edge-cracked plate
-    at a crack length of 0.3 widths.
+    Sums of work have parts of opposite sign, which cancel while J changes: in an edge-cracked plate
+    at a crack length of 0.3 widths. The mean norm of the displacement gradient has not; it counts
+    times the square of the diagonal of the body over its area. At tips that are almost closed J is
+    small, and changes by more.
     """
     slenderness = np.square(np.ptp(body.grid.nodes, axis=0)).sum() / body.integration.volume.sum()
-    return bool(slenderness * gradient > FELT)
+    limit = FELT_BY_CLOSED if balance.contact_pairs else FELT
+    return bool(energy > FELT_ENERGY or slenderness * gradient > limit)
 
 
 def on_j(body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor) -> Floats:
@@ -127,7 +130,7 @@ def on_j(body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor
     part = SMALL / largest
     corrected = _corrected(problem, balance, factor, part)
     nodal = cf.finite_nodal_force(body.grid, corrected.points, problem.gradients, part * density)
-    found = j_of_tips(body, problem.gradients, corrected, nodal) / part**2
+    found = j_of_tips(body, corrected, nodal) / part**2
     return (found / values - 1.0) / part
 
 
@@ -138,7 +141,7 @@ def _j_of(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Floats, 
     energy = balance.points.energy @ balance.points.volume
     least = np.array([NO_J * energy / domain.clearance for domain in body.tip_domains])
     if not balance.contact_pairs:
-        values = j_of_tips(body, gradients, balance, nodal)
+        values = j_of_tips(body, balance, nodal)
     else:
         # Of closed tips J has an error, which the evaluation tells.
         tips = evaluate_tips(body, gradients, balance, nodal)

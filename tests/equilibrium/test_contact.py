@@ -159,3 +159,16 @@ def test_no_closed_pairs_determine_no_motion() -> None:
     pairs = complementarity.Flexibility(csc_array(eye_array(2)), Flexibility(np.eye(2)))
     nothing = np.zeros(2, bool)
     assert pairs.force_beside_motions(np.array([1.0, -1.0]), 0.0, np.eye(2), nothing) is None
+
+
+def test_parts_that_only_touch_do_not_press() -> None:
+    """Overlaps within the slack are no reason for a force on a part that has been moved."""
+    pairs = complementarity.Flexibility(csc_array(eye_array(3)), Flexibility(np.eye(3)))
+    parting = np.array([[1.0], [-1.0], [1.0]])
+    gap, closed = np.array([-1e-14, -1e-14, 1.0]), np.array([True, True, False])
+    found = pairs.force_beside_motions(gap, 1e-12, parting, closed)
+    assert found is not None
+    assert not found[0].any()
+    far = pairs.force_beside_motions(1e3 * gap, 1e-12, parting, closed)
+    assert far is not None
+    assert far[0].max() == pytest.approx(1e-11, rel=1e-9)
