@@ -126,8 +126,8 @@ def test_a_change_of_j_is_told_where_that_of_the_energy_is_small() -> None:
     assert felt == 2
     assert said == (
         "in steps 2 to 3 finite deformation is neglected, which would "
-        f"change J by about {100 * effect[-1]:.2g} % at crack_1 and K by half of that "
-        "(finite_effect_J); kinematics: finite takes it into account"
+        f"change J by about {100 * effect[-1]:.2g} % (finite_effect_J) at crack_1, and K by half "
+        "of that; kinematics: finite takes it into account"
     )
     advised = run(plate, kinematics="finite")
     assert advised.J.values[-1, 0] / small.J.values[-1, 0] - 1.0 == pytest.approx(effect[-1], 0.1)
