@@ -301,9 +301,14 @@ def _turned(problem: BoundaryValueProblem, balance: Equilibrium) -> Equilibrium:
 
 def leans(body: Body, balance: Equilibrium) -> bool:
     """Whether a rotation that the program holds carries a force at finite deformation."""
+    return held_turning(body, balance) > 1e-6
+
+
+def held_turning(body: Body, balance: Equilibrium) -> float:
+    """Force by which the program holds a rotation at finite deformation, over the largest one."""
     places = tuple(body.loading.holds.turning.T)
     if not balance.finite or not body.loading.holds.turning.size:
-        return False
+        return 0.0
     force = balance.internal_force - body.loading.at(balance.load_factor).force
-    largest = np.abs(balance.internal_force).max(initial=0.0)
-    return bool(np.abs(force[places]).max() > 1e-6 * largest)
+    largest = float(np.abs(balance.internal_force).max(initial=0.0))
+    return float(np.abs(force[places]).max()) / largest if largest > 0.0 else 0.0

@@ -12,6 +12,7 @@ from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.output.analysis import in_steps
+from cfmpm.output.warnings.of_scene import BETTER_CONDITIONED
 
 # Forces, relative to modulus times displacement, below which all is the round-off of a motion of
 # parts as a whole.
@@ -37,15 +38,20 @@ def force_imbalance(body: Body, balance: Equilibrium) -> float:
     float
         Resultant of the loads and of what their supports exert, at small strain also its moment
         over the size of the body, over the largest force at a loaded part. What the program holds
-        rigid motions by is not among them: a force there shows here. nan where the grid is reset,
-        as springs carry loads there.
+        rigid motions by is not among them: a force there shows here. At finite deformation its
+        hold of a rotation is, which a warning tells (`mechanics.leans`). nan where the grid is
+        reset, as springs carry loads there.
     """
     if body.motion is not None:
         return math.nan
     loading = body.loading
     applied = loading.at(balance.load_factor)
     held = balance.internal_force - applied.force - balance.contact_force
-    reaction = np.where(loading.supported, held, 0.0)
+    supported = loading.supported
+    if balance.finite:
+        supported = supported.copy()
+        supported[tuple(loading.holds.turning.T)] = True
+    reaction = np.where(supported, held, 0.0)
     acting = applied.force + reaction
     parts = [np.abs(applied.own_weight).sum(axis=0)]
     parts += [
@@ -72,17 +78,17 @@ def violations(history: xr.Dataset) -> Iterator[str]:
     ----------
     history : xarray.Dataset
     """
+    stored, work = (np.abs(history[name].values) for name in ("strain_energy", "external_work"))
+    largest = np.fmax.accumulate(np.fmax(stored, work))
     missed = history["force_imbalance"].values
-    out = missed > IMBALANCE
+    # Energy goes with the square of the forces: a body that has come apart carries round-off.
+    out = (missed > IMBALANCE) & (stored > IMBALANCE**2 * largest)
     if out.any():
         yield (
             f"{in_steps(out)} loads and reactions are out of balance by up to "
             f"{np.nanmax(missed):.1e} of the largest (force_imbalance), more than {IMBALANCE:g}: "
-            "forces there are wrong by so much; another solver, or fewer orders of magnitude "
-            "between stiffest and softest part, may help"
+            f"forces there are wrong by so much; {BETTER_CONDITIONED}"
         )
-    stored, work = (np.abs(history[name].values) for name in ("strain_energy", "external_work"))
-    largest = np.fmax.accumulate(np.fmax(stored, work))
     with np.errstate(divide="ignore", invalid="ignore"):
         gained = -history["released_energy"].values / largest
     out = gained > FROM_NOTHING
@@ -90,7 +96,8 @@ def violations(history: xr.Dataset) -> Iterator[str]:
         yield (
             f"{in_steps(out)} the last segments have not set energy free but taken up to "
             f"{np.nanmax(gained):.1e} of the largest so far (released_energy), which the longer "
-            "crack cannot: a finer grid (mesh.size, fracture.refine) makes that less"
+            "crack cannot: a smaller mesh.size makes that less, and mesh.element: T6 where "
+            "elements are linear"
         )
 
 
@@ -110,9 +117,11 @@ def came_off(body: Body, step: int, known: list[Floats]) -> Iterator[str]:
         if any(math.hypot(x - a, y - b) < reach for a, b in known):
             continue
         known.append(part.centre)
+        area = body.grid.areas[np.isin(body.grid.triangles, part.nodes).all(axis=1)].sum()
         yield (
-            f"from step {step} on the part of the body around ({x:.4g}, {y:.4g}) is cut off, and "
-            "no support holds all its motions (free_parts): contact moves it away, and holds it "
-            "only where it is wedged in; its place is one of many, and a tip in it that carries "
-            "nothing has no values"
+            f"from step {step} on the part of the body around ({x:.4g}, {y:.4g}), of "
+            f"{area:.3g} mm^2, is cut off, and no support holds all its motions (free_parts): "
+            "contact moves it away, and holds it only where it is wedged in; its place is one of "
+            "many, and a tip in it that carries nothing has no values; a smaller growth.increments "
+            "ends the run before"
         )

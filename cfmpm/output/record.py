@@ -142,7 +142,7 @@ class Record:
         for doubts in (
             of_scene.doubts_of_tip_domains(self.full, body),
             of_state.doubts(self.full, body, balance),
-            of_state.doubts_at_tips(body, tips),
+            of_state.doubts_at_tips(body, balance, tips),
             of_state.doubts_of_fixed_loads(body, balance, tips),
         ):
             self.doubts.add(len(self.steps), doubts)

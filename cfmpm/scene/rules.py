@@ -19,7 +19,7 @@ from cfmpm.scene.material import Material
 from cfmpm.scene.mesh import Grading, Mesh
 from cfmpm.scene.model import Scene, Updated
 from cfmpm.scene.rules_body import Finding, broken_lines, misplaced_holes, misplaced_regions
-from cfmpm.scene.rules_crack import misplaced_cracks
+from cfmpm.scene.rules_crack import misplaced_cracks, moved_ends
 from cfmpm.scene.rules_gaps import narrow_gaps
 from cfmpm.scene.rules_load import (
     contradictions,
@@ -135,11 +135,11 @@ def rules_of_body(scene: Scene) -> BodyFindings:
     whole = expand(scene)
     geometry = whole.geometry
     assert geometry is not None
-    found = [*_names(geometry), *_names_of_loads(whole), *unknown_edges(whole)]
+    # The rules of the shapes need valid closed lines, and know cracks, holes and edges by name.
+    broken = [*_names(geometry), *broken_lines(geometry)]
+    found = [*broken, *_names_of_loads(whole), *unknown_edges(whole)]
     found += [*contradictions(whole), *swallowed_loads(whole)]
-    broken = list(broken_lines(geometry))
-    found += broken
-    if not broken:  # the rules below need valid closed lines
+    if not broken:
         body = BodyShape(geometry)
         misplaced = [
             *misplaced_holes(body),
@@ -149,7 +149,7 @@ def rules_of_body(scene: Scene) -> BodyFindings:
         found += misplaced or narrow_gaps(body)
         found += chain(
             misplaced_loads(whole, body),
-            _nothing_to_grow(scene, bool(body.tips)),
+            _nothing_to_grow(scene, bool(body.tips), moved_ends(geometry.cracks, body)),
             _sizes(whole, body),
         )
     return BodyFindings(_as_written(scene, found), _materials("geometry", geometry.regions))
@@ -297,9 +297,9 @@ def _kinematics(scene: Scene, materials: Mapping[str, Material]) -> Iterator[Fin
                 )
 
 
-def _nothing_to_grow(scene: Scene, has_tips: bool) -> Iterator[Finding]:
+def _nothing_to_grow(scene: Scene, has_tips: bool, moved: str = "") -> Iterator[Finding]:
     if scene.growth is not None and not has_tips:
-        yield "growth", "needs a crack that ends inside the body: the scene has none"
+        yield "growth", f"needs a crack that ends inside the body: the scene has none{moved}"
 
 
 def _formulation(scene: Scene) -> Iterator[Finding]:

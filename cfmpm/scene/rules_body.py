@@ -34,7 +34,7 @@ def misplaced_holes(body: BodyShape) -> Iterator[Finding]:
     """Find holes that are outside the body, touch or cross its outline, or overlap each other."""
     clear = CLEAR * body.size
     holes = list(body.holes.items())
-    for i, (name, hole) in enumerate(holes):
+    for i, (_, hole) in enumerate(holes):
         key = f"geometry.holes[{i}]"
         if not hole.intersects(body.outline):
             yield key, "lies outside the body"
@@ -43,7 +43,7 @@ def misplaced_holes(body: BodyShape) -> Iterator[Finding]:
         elif hole.distance(body.outline.exterior) <= clear:
             yield key, "touches the outline; make it part of the outline instead"
         for other, shape in holes[:i]:
-            if name != other and hole.distance(shape) <= clear:
+            if hole.distance(shape) <= clear:
                 does = "overlaps" if hole.intersection(shape).area > 0 else "touches"
                 yield key, f"{does} {other}"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import shapely
@@ -17,6 +17,8 @@ from cfmpm.scene.shapes import XY
 # Largest length of a crack within CLEAR of the boundary at its mouth, relative to the size of the
 # body: a crack must leave the boundary at about three degrees or more.
 LONGEST_NEAR_MOUTH = 20 * CLEAR
+# Of the size of the body: distance of a point of the boundary that is computed, as one on an arc.
+ROUND_OFF = 1e-12
 
 
 def misplaced_cracks(body: BodyShape) -> Iterator[Finding]:
@@ -118,7 +120,7 @@ def _crossings(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Fin
     for i, (key, crack) in enumerate(cracks):
         for _, other in cracks[:i]:
             pair = (body.cracks[str(c.name)] for c in (crack, other))
-            if crack.name != other.name and shapely.distance(*pair) <= CLEAR * body.size:
+            if shapely.distance(*pair) <= CLEAR * body.size:
                 yield key, f"crosses or touches {other.name}, which is not supported"
 
 
@@ -141,10 +143,35 @@ def _cuts(cracks: list[tuple[str, Crack]], body: BodyShape) -> Iterator[Finding]
         if all(body.is_on_boundary(end) for end in ends):
             one, other = map(line_of, ends)
             if one == other:
-                yield key, "cuts the body in two"
+                yield key, f"cuts the body in two{moved_ends([crack], body)}"
             else:
                 # A hole is joined to the outline, never the outline to a hole.
                 joined[one or other] = other if one else one
+
+
+def moved_ends(cracks: Sequence[Crack], body: BodyShape) -> str:
+    """Name the crack ends that are taken to lie on the boundary, to which they are only close.
+
+    Parameters
+    ----------
+    cracks : sequence of Crack
+    body : BodyShape
+
+    Returns
+    -------
+    str
+        Continuation of a message; empty if there are none.
+    """
+    found = []
+    for end in (crack.points[index] for crack in cracks for index in (0, -1)):
+        name, _, distance = body.nearest(end)
+        if ROUND_OFF * body.size < distance <= ON * body.size:
+            x, y = end
+            found.append(
+                f"; the end ({x:.10g}, {y:.10g}) is {distance:.2g} mm from {name} and is taken to "
+                f"lie on it; a tip must be at least {CLEAR * body.size:.2g} mm away"
+            )
+    return "".join(found)
 
 
 def _middle(line: LineString) -> XY:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from mesh_files import PULL, N, Square, along, node, scene_of
@@ -170,6 +172,44 @@ def test_warnings_do_not_advise_keys_that_a_file_has_no_use_for(tmp_path):
     assert "with a physical curve from (0, 6.04) to (4, 6) that mesh_file.cracks lists" in told
     for key in ("mesh.size", "mesh.grading", "geometry."):
         assert key not in told
+
+
+def halved(square):
+    """Each triangle of a grid cut into four."""
+    nodes, middles = list(square.nodes), {}
+
+    def middle(a, b):
+        pair = (min(a, b), max(a, b))
+        if pair not in middles:
+            middles[pair] = len(nodes)
+            nodes.append(tuple(np.mean([square.nodes[a], square.nodes[b]], axis=0).tolist()))
+        return middles[pair]
+
+    triangles = []
+    for a, b, c in square.triangles:
+        d, e, f = middle(a, b), middle(b, c), middle(c, a)
+        triangles += [(a, d, f), (d, b, e), (f, e, c), (d, e, f)]
+    lines = {
+        name: [half for a, b in pairs for half in ((a, middle(a, b)), (middle(a, b), b))]
+        for name, pairs in square.lines.items()
+    }
+    return Square(nodes, triangles, lines)
+
+
+def test_what_is_advised_for_a_file_helps(tmp_path):
+    """Elements of the size that is advised, and a crack in place of a notch."""
+    square, h = cracked(a=[(0, 4), (3, 4)], b=[(0, 6), (4, 6)]), 1.0
+    for _ in range(3):
+        history = run(scene_of(square.write(tmp_path / "a.msh"), cracks=["a", "b"])).history
+        assert "sharp notch" not in history.attrs["warnings"]
+        assert np.isfinite(history["K_I"]).all()
+        sizes = re.findall(r"elements of at most ([\d.]+) mm there", history.attrs["warnings"])
+        if not sizes:
+            break
+        assert min(map(float, sizes)) < h
+        square, h = halved(square), 0.5 * h
+    assert not sizes
+    assert h < 1.0
 
 
 def test_an_edge_may_be_called_boundary(tmp_path):

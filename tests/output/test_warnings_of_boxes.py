@@ -9,8 +9,8 @@ import cfmpm
 from cfmpm.scene import scene_from_dict
 
 
-def warnings(right: float) -> list[str]:
-    """Warnings for a plate whose left side is loaded in a box that ends at a given x."""
+def warnings(**place: Any) -> list[str]:
+    """Warnings for a plate with a traction on a given place."""
     scene: dict[str, Any] = {
         "name": "plate",
         "geometry": {
@@ -20,7 +20,7 @@ def warnings(right: float) -> list[str]:
         "material": {"E": 210e3, "nu": 0.3},
         "loads": [
             {"edge": "edge_2", "displacement": {"x": 0, "y": 0}},
-            {"name": "pull", "box": [[-1, 10], [right, 30]], "traction": [0, 1]},
+            {"name": "pull", "traction": [0, 1], **place},
         ],
         "mesh": {"element": "T3", "size": 2},
     }
@@ -29,9 +29,10 @@ def warnings(right: float) -> list[str]:
 
 
 def test_crack_in_the_box_of_a_load() -> None:
-    (text,) = (text for text in warnings(0.5) if "box" in text)
+    (text,) = (text for text in warnings(box=[[-1, 10], [0.5, 30]]) if "box" in text)
     assert text == (
         "pull: its box contains 0.5 mm of crack_1; the traction acts on the boundary in the box, "
         "not on crack faces: end the box at the boundary, or name an edge"
     )
-    assert not [text for text in warnings(0.01) if "box" in text]
+    for place in ({"box": [[-1, 10], [0.01, 30]]}, {"edge": "edge_4"}):
+        assert not [text for text in warnings(**place) if "box" in text]

@@ -92,6 +92,12 @@ HOLES = [
         "[1].name",
         "a is a name already in use",
     ),
+    (
+        "[{name: a, circle: {centre: [20, 10], radius: 1}}, "
+        "{name: a, circle: {centre: [20, 11], radius: 1}}]",
+        "[1].name",
+        "a is a name already in use",
+    ),
     ("[{name: a}]", "[0]", "needs either a circle or a polygon"),
     (
         "[{circle: {centre: [15, 12], radius: 1}, polygon: [[10, 10], [20, 10], [20, 20]]}]",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scene_texts import LINE, assert_refused_once, family, plate
+from scene_texts import LINE, assert_refused_once, family, plate, refused
 
 from cfmpm.scene import load_scene
 
@@ -93,7 +93,20 @@ REFUSED = [
         "cuts the body in two",
     ),
     (
+        "[{points: [[0, 30], [99.99999, 30]]}]",
+        "",
+        "[0]",
+        "cuts the body in two; the end (99.99999, 30) is 1e-05 mm from right and is taken to lie "
+        "on it; a tip must be at least 0.01 mm away",
+    ),
+    (
         "[{name: a, points: [[10, 10], [30, 10]]}, {name: a, points: [[10, 20], [30, 20]]}]",
+        "",
+        "[1].name",
+        "a is a name already in use",
+    ),
+    (
+        "[{name: a, points: [[0, 10], [20, 10]]}, {name: a, points: [[0, 40], [20, 40]]}]",
         "",
         "[1].name",
         "a is a name already in use",
@@ -140,6 +153,31 @@ def test_accepted(cracks: str, holes: str, tmp_path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text(plate(cracks=cracks, holes=holes or "[]"))
     assert load_scene(path).geometry is not None
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "key"), [("a", "a", "holes[1]"), ("left", "b", "holes[0]")]
+)
+def test_cracks_at_holes_without_a_name_of_their_own(
+    first: str, second: str, key: str, tmp_path
+) -> None:
+    holes = TWO.replace("{circle", f"{{name: {first}, circle", 1)
+    holes = holes.replace(" {circle", f" {{name: {second}, circle", 1)
+    cracks = "[{points: [[0, 30], [25, 30]]}, {points: [[35, 30], [65, 30]]}]"
+    text = plate(cracks=cracks, holes=holes)
+    assert_refused_once(text, tmp_path, f"geometry.{key}.name", LINE["holes"], "is ")
+
+
+def test_ends_on_the_boundary_are_not_said_to_be_near_it(tmp_path) -> None:
+    (problem,) = refused(plate(cracks="[{points: [[0, 30], [100, 30]]}]"), tmp_path)
+    assert problem.reason == "cuts the body in two"
+
+
+def test_growth_without_a_tip_says_which_end_was_moved(tmp_path) -> None:
+    text = plate(cracks="[{points: [[55, 30], [99.99999, 30]]}]", holes=HOLE)
+    (problem,) = refused(f"{text}growth: {{control: fatigue}}\nfatigue: {{C: 1, m: 3}}", tmp_path)
+    assert problem.key == "growth"
+    assert "the scene has none; the end (99.99999, 30) is 1e-05 mm from right" in problem.reason
 
 
 FAMILIES = [

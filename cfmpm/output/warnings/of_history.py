@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cfmpm.fracture.ties import grid_error
 from cfmpm.mechanics import NEGLIGIBLE
-from cfmpm.output.analysis import LIGAMENT, before_arrival, in_steps, parts_of_gap
+from cfmpm.output.analysis import LIGAMENT, Floats, before_arrival, in_steps, parts_of_gap
 from cfmpm.output.warnings.of_scene import finer_at_tips, rounded_down
 from cfmpm.registry.criteria import DIRECTIONS
 from cfmpm.registry.laws import LAWS
@@ -165,6 +165,8 @@ def doubts_of_domains(history: xr.Dataset, scene: Scene) -> list[str]:
             )
         else:
             why = finer_at_tips(scene, 0.5 * float(h[where, i].min()))
+            if (history["contact_pairs"].values[where] > 0.0).any():
+                why += ", and give smaller fracture.radii, since crack faces are in contact"
         found.append(
             f"{history['tip'].values[i]}: {in_steps(where)} {what} differs by up to {size:.2g} % "
             f"between the domain radii, so that J depends on the domain: {why}"
@@ -211,7 +213,7 @@ def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
         alone = none & (np.abs(J) > error) & counts
         if alone.any():
             largest = float(np.abs(J[alone]).max())
-            way = _finer(scene, float(h[alone].min()))
+            way = _finer(scene, x, y, h, alone)
             found.append(
                 f"{name}: {in_steps(alone)} J is up to {largest:.3g} N/mm, more than its error, "
                 "while K_I and K_II are too small for the stress around the tip and set to 0: the "
@@ -221,7 +223,7 @@ def doubts_of_release_rates(history: xr.Dataset, scene: Scene) -> list[str]:
         far = (np.abs(J - G) > error) & np.isfinite(K_I) & counts & ~none
         if far.any():
             largest = 100.0 * float((np.abs(J - G)[far] / larger[far]).max())
-            way = _finer(scene, float(h[far].min()))
+            way = _finer(scene, x, y, h, far)
             found.append(
                 f"{name}: {in_steps(far)} J and G from K_I and K_II differ by up to {largest:.2g} "
                 "% of the larger one, more than their errors, so that at least one of them is "
@@ -250,26 +252,45 @@ def doubts_of_held_tips(history: xr.Dataset, scene: Scene) -> list[str]:
     if "G_floor" not in history:
         return []
     J, floor = history["J"].values, history["G_floor"].values
+    x, y, h, _ = (history[of].values for of in PLACE)
     held = (least <= J) & (floor >= J) & np.isnan(history["K_I"].values)
     held &= history["contact_pressure"].values > 0.0
     return [
         f"{name}: {in_steps(held[:, i])} J is up to {J[held[:, i], i].max():.3g} N/mm, not less "
         f"than g_c, but within its error, G_floor of {floor[held[:, i], i].max():.3g} N/mm, of a "
         "tip that is pressed shut, so that it does not grow: the grid is too coarse "
-        f"{_finer(scene, float(history['tip_size'].values[held[:, i], i].min()))}"
+        f"{_finer(scene, x[:, i], y[:, i], h[:, i], held[:, i])}"
         for i, name in enumerate(history["tip"].values)
         if held[:, i].any()
     ]
 
 
-def _finer(scene: Scene, h: float) -> str:
-    """Advise a finer grid than one of elements of size h at a tip [mm]."""
-    if scene.growth is None:
-        return f"at the tip, or at a kink of the crack: {finer_at_tips(scene, 0.5 * h)}"
+def _finer(scene: Scene, x: Floats, y: Floats, h: Floats, where: NDArray[np.bool_]) -> str:
+    """Advise a finer grid around a tip in some steps, from its places and element sizes [mm]."""
+    at_rest, running = _sizes(scene, x, y, 0.5 * h, where)
+    ways = [f"at the tip, or at a kink of the crack: {at_rest}"] if at_rest else []
+    if running:
+        ways.append(
+            f"around the growing tip: {running}. The first segments behind a kink keep this "
+            "difference, since they are as short as an element on any grid"
+        )
+    return "; ".join(ways)
+
+
+def _sizes(
+    scene: Scene, x: Floats, y: Floats, size: Floats, where: NDArray[np.bool_]
+) -> tuple[str, str]:
+    """Advise element sizes [mm] for those of some steps before and after a tip has grown.
+
+    Before, it is in the grid of the start, which fracture.refine leaves as it is.
+    """
+    at_rest = where & (x == x[0]) & (y == y[0])
+    running = where & ~at_rest
     return (
-        f"around the growing tip: set fracture.refine to at most {rounded_down(0.5 * h)} mm. The "
-        "first segments behind a kink keep this difference, since they are as short as an element "
-        "on any grid"
+        finer_at_tips(scene, float(size[at_rest].min())) if at_rest.any() else "",
+        f"set fracture.refine to at most {rounded_down(float(size[running].min()))} mm"
+        if running.any()
+        else "",
     )
 
 
@@ -290,17 +311,15 @@ def doubts_of_path(history: xr.Dataset, scene: Scene, growth: Growth) -> list[st
     """
     found = []
     for i, name in enumerate(history["tip"].values):
-        J, K_I, clearance, x, y, h, status = (
-            history[of].values[:, i] for of in ("J", "K_I", "clearance", *PLACE)
-        )
+        clearance, x, y, h, status = (history[of].values[:, i] for of in ("clearance", *PLACE))
         before = before_arrival(x, y, h, status)
         close = before & (clearance < LIGAMENT * h)
         if close.any():
-            nearest = float(clearance[close].min())
+            ways = _sizes(scene, x, y, 0.5 * clearance / LIGAMENT, close)
             found.append(
-                f"{name}: {in_steps(close)} the clearance is down to {nearest:.3g} mm, less than "
-                f"{LIGAMENT:g} element sizes, and the direction of growth is inaccurate; set "
-                f"fracture.refine to at most {rounded_down(0.5 * nearest / LIGAMENT)} mm"
+                f"{name}: {in_steps(close)} the clearance is down to {clearance[close].min():.3g} "
+                f"mm, less than {LIGAMENT:g} element sizes, and the direction of growth is "
+                f"inaccurate; {' and '.join(filter(None, ways))}"
             )
         # Who sets fracture.refine has chosen the size at the tip.
         chosen = scene.fracture.refine is not None
@@ -311,13 +330,6 @@ def doubts_of_path(history: xr.Dataset, scene: Scene, growth: Growth) -> list[st
                 f"{np.nanmax(h[coarse]) / h[0]:.2g} times as large as at the start, since the tip "
                 f"has left the refined part of the grid; fracture.refine: {rounded_down(h[0])} "
                 "keeps it refined around the tip"
-            )
-        border = np.isfinite(h) & np.isnan(K_I) & np.isfinite(J)
-        if border.any() and np.isfinite(K_I).any():
-            found.append(
-                f"{name}: {in_steps(border)} the tip lies on the interface of two materials, where "
-                "K_I and K_II are not defined; J is compared with g_c, and the crack grows "
-                "straight ahead"
             )
     if growth.control == "crack":
         found += _ties(history, growth) + _open_balance(history)

@@ -13,7 +13,7 @@ from cfmpm.body.grid import Floats, line_of
 from cfmpm.body.notches import sharp_notches
 from cfmpm.body.tip_domains import FILL, RESOLVED
 from cfmpm.equilibrium.balance import Equilibrium
-from cfmpm.output.warnings.doubt import Doubt
+from cfmpm.output.warnings.doubt import SIZE, Doubt
 from cfmpm.registry.laws import LAWS
 from cfmpm.registry.loads import LOADS
 from cfmpm.scene.families import expand
@@ -26,6 +26,8 @@ from cfmpm.scene.rules_load import cracks_in_box
 USUAL = {"E": (1e-3, 2e6, "MPa"), "g_c": (1e-3, 1e3, "N/mm")}
 # Of the size of the body: crack in the box of a load that is worth a warning.
 LEAST_IN_BOX = 1e-3
+# What makes the equations less sensitive to round-off.
+BETTER_CONDITIONED = "bring material.E of the regions closer together, lower material.nu"
 
 
 def ways_on(scene: Scene, balance: Equilibrium) -> list[str]:
@@ -157,7 +159,7 @@ def doubts_of_scene(scene: Scene, body: Body) -> list[str]:
 
 
 def doubts_of_tip_domains(scene: Scene, body: Body) -> Iterator[Doubt]:
-    """Find tips whose domains are smaller than requested, or small for their elements.
+    """Find tips on the interface of two materials, and domains that were reduced or are small.
 
     Parameters
     ----------
@@ -166,6 +168,15 @@ def doubts_of_tip_domains(scene: Scene, body: Body) -> Iterator[Doubt]:
     """
     for tip, domain in zip(body.grid.tips, body.tip_domains, strict=True):
         largest = max(domain.radii)
+        if domain.on_border:
+            yield Doubt(
+                "the tip lies on the interface of two materials, where K_I and K_II are not "
+                "defined: G is J, and the crack grows straight ahead by one segment, of up to "
+                f"{SIZE} mm; a smaller fracture.refine shortens it. For a crack that runs along "
+                "the interface, move the border of the region off its path by a few elements",
+                tip.name,
+                tip.h,
+            )
         if domain.cut_back:
             most = f", here {rounded_down(FILL * domain.clearance)} mm"
             yield Doubt(

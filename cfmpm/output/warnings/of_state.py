@@ -13,8 +13,9 @@ from cfmpm.body.motion import Motion
 from cfmpm.body.volume_patches import patch_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
-from cfmpm.mechanics import leans
+from cfmpm.mechanics import held_turning, leans
 from cfmpm.output.warnings.doubt import SIZE, Doubt
+from cfmpm.output.warnings.of_scene import BETTER_CONDITIONED
 from cfmpm.scene.model import Scene
 
 # Largest accepted relative difference of external work and energies at finite deformation.
@@ -25,6 +26,8 @@ DEVIATION = 5.0
 # ratio of a point's volume to its initial volume, largest relative difference between the
 # configurational forces of the two domains, largest drift at a tip in element sizes.
 LEAST_FILL, LEAST_VOLUME, APART, DRIFT = 0.1, 0.5, 0.02, 0.25
+# Configurational force of round-off, as at closed faces, times clearance, over strain energy.
+NO_FORCE = 1e-6
 
 
 def doubts(scene: Scene, body: Body, balance: Equilibrium) -> Iterator[Doubt]:
@@ -56,27 +59,31 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium) -> Iterator[Doubt]:
     if leans(body, balance):
         yield Doubt(
             "the loads have a moment on the deformed body, and no support prevents the rotation: "
-            "it was held, with a reaction moment; add a support that prevents it (a displacement "
-            "of zero in one component at one point)"
+            f"it was held, with a reaction moment, by up to {SIZE} % of the largest nodal force; "
+            "add supports that prevent it (a displacement of zero in both components of one point "
+            "and in one of another)",
+            size=100.0 * held_turning(body, balance),
         )
     if balance.residual_floor > 0.0:
         yield Doubt(
             f"the unbalanced force is up to {SIZE} of the largest nodal force (residual_norm), "
             "above the tolerance, limited by round-off; causes are a large contrast of stiffness, "
-            "near incompressibility, or a slender ligament: lower the contrast, or nu",
+            "near incompressibility, or a slender ligament: "
+            f"{BETTER_CONDITIONED}, or leave a wider ligament",
             size=balance.residual_norm,
         )
     if body.grown.deviation > DEVIATION:
         yield Doubt(
             f"a segment deviates by up to {SIZE} deg from the direction of growth: the kink would "
             f"have exceeded {LARGEST_KINK:g} deg, or the crack was led to a node beside its path "
-            "that may not move, of a boundary, a crack or an interface; fracture.refine makes such "
-            "a detour shorter",
+            "that may not move, of a boundary, a crack or an interface; a smaller fracture.refine "
+            "makes such a detour shorter",
             " and ".join(body.grown.segments),
             size=body.grown.deviation,
         )
     if body.motion is not None:
-        yield from _alarms(body, body.motion, balance)
+        ghost = scene.updated is not None and scene.updated.ghost > 0.0
+        yield from _alarms(body, body.motion, balance, ghost=ghost)
     elif body.empty_elements:
         yield Doubt(
             f"growth.transfer: paper left up to {SIZE} triangles without a material point "
@@ -110,7 +117,7 @@ def _gap_of_work(body: Body, balance: Equilibrium) -> float:
     return abs(balance.external_work - spent) / max(abs(spent), 1e-300)
 
 
-def _alarms(body: Body, motion: Motion, balance: Equilibrium) -> Iterator[Doubt]:
+def _alarms(body: Body, motion: Motion, balance: Equilibrium, *, ghost: bool) -> Iterator[Doubt]:
     """Give the warnings about a grid that is reset."""
     if body.empty_elements:
         yield Doubt(
@@ -120,17 +127,20 @@ def _alarms(body: Body, motion: Motion, balance: Equilibrium) -> Iterator[Doubt]
             "domains avoids them (linear triangles, mesh.element: T3, and hyperelastic laws only)",
             size=float(body.empty_elements),
         )
-    if motion.fill < LEAST_FILL:
+    if motion.fill < LEAST_FILL and not ghost:
         yield Doubt(
-            f"material fills less than {100 * LEAST_FILL:g} % of a triangle inside the body "
-            "(least_fill), whose stiffness is then close to zero; updated.ghost: 0.1 stabilises it "
-            "(linear triangles only, mesh.element: T3)"
+            f"up to {SIZE} % of a triangle inside the body is empty (least_fill), so that its "
+            "stiffness is close to zero; updated.ghost: 0.1 stabilises it (linear triangles only, "
+            "mesh.element: T3)",
+            size=100.0 * (1.0 - motion.fill),
         )
-    if _volume_ratios(body, balance).min() < LEAST_VOLUME:
+    least = float(_volume_ratios(body, balance).min())
+    if least < LEAST_VOLUME:
         yield Doubt(
-            f"the volume of a material point is below {100 * LEAST_VOLUME:g} % of its initial "
-            "volume (min_det_F): points are crushed where the grid has separated from the "
-            "material; formulation: total does not reset the grid"
+            f"a material point has lost up to {SIZE} % of its volume (min_det_F): the load "
+            "compresses it so far, or the grid has separated from the material and crushes it; "
+            "formulation: total, which does not reset the grid, shows which",
+            size=100.0 * (1.0 - least),
         )
 
 
@@ -170,20 +180,25 @@ def doubts_of_fixed_loads(
             )
 
 
-def doubts_at_tips(body: Body, values: Mapping[str, NDArray[np.float64]]) -> Iterator[Doubt]:
+def doubts_at_tips(
+    body: Body, balance: Equilibrium, values: Mapping[str, NDArray[np.float64]]
+) -> Iterator[Doubt]:
     """Find the tips at which a grid that is reset has separated from the material.
 
     Parameters
     ----------
     body : Body
+    balance : Equilibrium
     values : mapping of str to (tip,) array
         From `evaluate_tips` and `reference.compare`.
     """
     if body.motion is None:
         return
-    for i, tip in enumerate(body.grid.tips):
+    energy = float(balance.points.energy @ balance.points.volume)
+    for i, (tip, domain) in enumerate(zip(body.grid.tips, body.tip_domains, strict=True)):
         on_grid, material = values["cf_norm_grid"][i], values["cf_norm"][i]
-        if abs(on_grid - material) > APART * material:
+        felt = NO_FORCE * energy / domain.clearance
+        if abs(on_grid - material) > max(APART * material, felt):
             yield Doubt(
                 "the configurational force on the grid differs from that on the material by up to "
                 f"{SIZE} % (cf_norm_grid): both are unreliable; formulation: total does not reset "
