@@ -10,6 +10,7 @@ import pytest
 import cfmpm
 from cfmpm import mechanics
 from cfmpm.equilibrium import small_strain
+from cfmpm.errors import SolveError
 from cfmpm.output.analysis import by_about
 from cfmpm.output.warnings import of_history
 from cfmpm.scene.reading import scene_from_dict
@@ -105,6 +106,22 @@ class TestAuto:
             assert "kinematics: finite takes it into account" in text
         advised = cfmpm.run(pulled(300, kinematics="finite")).history
         assert not any("neglected" in t for t in json.loads(advised.warnings))
+
+    def test_a_failure_of_what_auto_chose_names_the_way_without(self):
+        """A ligament of a hundredth of a millimetre, which bends more than a step allows."""
+        family = {
+            "kind": "single_edge",
+            "width": 100,
+            "height": 200,
+            "crack_length": 99.9,
+            "traction": 100,
+        }
+        scene = {"family": family, "material": {"E": 210e3, "nu": 0.3}, "mesh": {}}
+        with pytest.raises(SolveError, match="auto; kinematics: small does without it"):
+            cfmpm.run(plate(**scene))
+        advised = cfmpm.run(plate(**scene, kinematics="small")).history
+        assert advised.K_I.item() == pytest.approx(6.284e7, rel=0.01)
+        assert "finite deformation is neglected" in advised.attrs["warnings"]
 
     def test_the_estimate_is_of_the_size_of_the_effect(self):
         small = cfmpm.run(pulled(20, kinematics="small")).history
