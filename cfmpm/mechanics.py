@@ -147,7 +147,13 @@ def solve(
     at_largest = largest if proportional else 1.0
     if min(levels) >= 0.0 and at_largest * np.nanmax(np.abs([energy, *J])) <= NEGLIGIBLE:
         return states[0]
-    found = _solve_finite(problem, None, level, clock)
+    try:
+        found = _solve_finite(problem, None, level, clock)
+    except SolveError as failure:
+        raise SolveError(
+            f"{failure}. Finite deformation was chosen by kinematics: auto; kinematics: small does "
+            "without it, and warns of what it neglects"
+        ) from failure
     over = at_largest / largest
     return replace(found, finite_effect=energy * over, finite_effect_J=tuple(j * over for j in J))
 

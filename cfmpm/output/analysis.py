@@ -10,6 +10,8 @@ from cfmpm.output.variables import ARRIVED_FLAGS
 
 Floats = NDArray[np.float64]
 
+# Largest relative change that an estimate of first order gives the size of.
+FIRST_ORDER = 0.1
 # Smallest clearance for accurate results at a tip, in element sizes.
 LIGAMENT = 3.0
 
@@ -40,6 +42,17 @@ def before_arrival(x: Floats, y: Floats, h: Floats, status: Floats) -> NDArray[n
     rest = np.append(np.hypot(np.diff(x), np.diff(y))[::-1].cumsum()[::-1], 0.0)
     arrived = int(status[-1]) in ARRIVED_FLAGS
     return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
+
+
+def by_about(effect: float, name: str) -> str:
+    """State a relative change that is estimated to first order, as the quantity of a name.
+
+    A large change is no small correction: its estimate says that there is one, not how large.
+    """
+    size = f"{100.0 * effect:.2g} %"
+    if abs(effect) <= FIRST_ORDER:
+        return f"by about {size} ({name})"
+    return f"by {size} to first order ({name}; above {100 * FIRST_ORDER:g} % that is no size)"
 
 
 def in_steps(where: NDArray[np.bool_]) -> str:

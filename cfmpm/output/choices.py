@@ -10,6 +10,7 @@ from cfmpm.body.tip_domains import FILL
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.mechanics import NEGLIGIBLE, load_levels
 from cfmpm.meshing import resolved_grading
+from cfmpm.output.analysis import by_about
 from cfmpm.registry.laws import LAWS
 from cfmpm.scene.model import Scene
 
@@ -33,6 +34,11 @@ def left_out(scene: Scene, has_tips: bool, *, finite: bool = False) -> list[str]
     if finite:
         where = "where strain around the tip is not small" if scene.growth is None else "of growth"
         items = [f"K_I, K_II, T: {where}, at finite deformation; G is J"]
+        if has_tips and scene.growth is None and scene.material.g_c is not None:
+            items.append(
+                "load at fracture: at finite deformation G is not proportional to the square of "
+                "the load; lower the load until G is material.g_c"
+            )
         if scene.formulation == "total":
             items.append("grid reset: the formulation is total Lagrangian")
     else:
@@ -149,7 +155,7 @@ def _why_finite(scene: Scene, balance: Equilibrium) -> str:
         "J": (max(balance.finite_effect_J, key=abs, default=0.0), "finite_effect_J"),
     }
     said = [
-        f"{what} by about {100 * largest * effect:.2g} % ({name})"
+        f"{what} {by_about(largest * effect, name)}"
         for what, (effect, name) in effects.items()
         if largest * abs(effect) > NEGLIGIBLE
     ]

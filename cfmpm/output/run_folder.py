@@ -180,7 +180,24 @@ def clear(folder: Path, shown: str) -> None:
     shown : str
         Description of the figure of the new run's scene (`description`).
     """
-    drawn = {f"{name}.png" for name in _PICTURES} | {_FILM, FIELDS, INDEX}
+    # The index before the files in it.
+    names = [INDEX, FIELDS, *(p.name for p in folder.iterdir() if OF_STEPS.fullmatch(p.name))]
+    for name in (*names, CHECKPOINT):
+        _remove(folder / name)
+    clear_shown(folder, shown)
+    (folder / _STARTED).unlink(missing_ok=True)
+
+
+def clear_shown(folder: Path, shown: str) -> None:
+    """Remove the figures and exports of a result that is about to change.
+
+    Parameters
+    ----------
+    folder : Path
+    shown : str
+        Description of the figure of the scene, which is kept if it is of this scene.
+    """
+    drawn = {f"{name}.png" for name in _PICTURES} | {_FILM}
     if not _describes(folder / SCENE, shown):
         drawn.add(SCENE)
     history = _history(folder)
@@ -192,10 +209,7 @@ def clear(folder: Path, shown: str) -> None:
         )
         drawn |= {f"{name}_{tip}.png" for name in _PICTURES_OF_TIPS for tip in tips}
         drawn |= {f"force_{part}_{axis}.png" for part in parts for axis in "xy"}
-    # The index before the files in it.
-    names = [INDEX, *sorted(drawn - {INDEX})]
-    names += [path.name for path in folder.iterdir() if OF_STEPS.fullmatch(path.name)]
-    for name in (*names, CHECKPOINT):
+    for name in sorted(drawn):
         _remove(folder / name)
     exported = folder / EXPORT
     # What is behind a link is not this result's.
@@ -205,7 +219,6 @@ def clear(folder: Path, shown: str) -> None:
                 _remove(path)
         if not any(exported.iterdir()):
             exported.rmdir()
-    (folder / _STARTED).unlink(missing_ok=True)
 
 
 def remove_leavings(folder: Path) -> None:

@@ -43,7 +43,7 @@ class RunWriter:
         self._record: Record | None = None
         self._start = start
         self._done = 0 if start is None else len(start.record.steps)
-        self._new = start is None
+        self._new, self._taken = start is None, False
         self._fields: FieldsByStep | None = None
         self._due = 0.0
         folders.require_places(self._folder)
@@ -115,10 +115,11 @@ class RunWriter:
         return [self._folder / name for name in (*datasets, *by_step)]
 
     def _take_over(self, scene: Scene) -> None:
-        """Remove the results of an earlier run, once."""
-        if self._new:
-            folders.clear(self._folder, folders.description(config_hash(scene)))
-            self._new = False
+        """Remove, once, the results of an earlier run, or what shows the run before it went on."""
+        if not self._taken:
+            clear = folders.clear if self._new else folders.clear_shown
+            clear(self._folder, folders.description(config_hash(scene)))
+            self._taken = True
 
 
 def write_result(result: Result, folder: Path, *, overwrite: bool) -> list[Path]:

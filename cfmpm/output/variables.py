@@ -53,7 +53,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "G_kink": (TIP, "N mm-1", "energy release rate of a kink in the direction of growth"),
     "K_I": (TIP, _STRESS_INTENSITY, "stress intensity factor of mode I, largest domain radius"),
     "K_II": (TIP, _STRESS_INTENSITY, "stress intensity factor of mode II, largest domain radius"),
-    "T_stress": (TIP, "MPa", "T-stress, largest domain radius"),
+    "T_stress": (
+        TIP,
+        "MPa",
+        "T-stress, the uniform stress along the crack less that across it (of closed faces, minus "
+        "their pressure), largest domain radius",
+    ),
     "cf_norm_grid": (
         TIP,
         "N mm-1",

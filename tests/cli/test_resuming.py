@@ -224,6 +224,28 @@ def test_a_new_run_does_not_go_on_from_an_old_one(
     assert xr.load_dataset("results/small/history.nc").sizes["step"] == 4
 
 
+def test_figures_of_an_interrupted_run_do_not_outlive_it(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They show fewer steps than the history of the resumed run."""
+    pytest.importorskip("pyvista")
+    folder = Path("results/small")
+    with monkeypatch.context() as patched:
+        break_off_at(patched, 6, KeyboardInterrupt())
+        call("run", scene_file)
+    before = set(files_in(folder))
+    for command in ("plot", "export"):
+        assert call(command, folder).exit_code == 0
+    (folder / "mine.png").touch()
+    assert {"paths.png", "load.png", "mesh_crack_1.png", "growth.gif"} <= set(files_in(folder))
+    assert call("resume", folder).exit_code == 0
+    # The figure of the scene has no steps.
+    kept = {name for name in files_in(folder) if not name.startswith("fields_")}
+    assert kept == {HISTORY, "scene.png", "mine.png"}
+    assert not (folder / "vtu").exists()
+    assert {name for name in before if name.startswith("fields_")} <= set(files_in(folder))
+
+
 def test_overwriting_takes_nothing_away_before_there_is_something_else(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

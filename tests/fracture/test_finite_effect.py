@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import posed
@@ -19,25 +20,25 @@ from cfmpm.fracture import finite_effect
 from cfmpm.scene import scene_from_dict
 
 
-def solved(
-    law: str = "hencky", nu: float = 0.3, element: str = "T3"
-) -> tuple[BoundaryValueProblem, Equilibrium]:
+def plate(law: str = "hencky", nu: float = 0.3, element: str = "T3") -> dict[str, Any]:
     """A plate with an edge crack, held at the bottom and pulled."""
-    scene = scene_from_dict(
-        {
-            "name": "plate",
-            "geometry": {
-                "outline": named_rectangle(40, 60),
-                "cracks": [{"points": [[0, 30], [12, 30]]}],
-            },
-            "material": {"E": 1e4, "nu": nu, "law": law},
-            "loads": [
-                {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
-                {"edge": "top", "traction": [3, 10]},
-            ],
-            "mesh": {"element": element, "size": 6},
-        }
-    )
+    return {
+        "name": "plate",
+        "geometry": {
+            "outline": named_rectangle(40, 60),
+            "cracks": [{"points": [[0, 30], [12, 30]]}],
+        },
+        "material": {"E": 1e4, "nu": nu, "law": law},
+        "loads": [
+            {"edge": "bottom", "displacement": {"x": 0, "y": 0}},
+            {"edge": "top", "traction": [3, 10]},
+        ],
+        "mesh": {"element": element, "size": 6},
+    }
+
+
+def solved(**changes: Any) -> tuple[BoundaryValueProblem, Equilibrium]:
+    scene = scene_from_dict(plate(**changes))
     problem = mechanics.problem_of(*mechanics.locate(build(scene)))
     return problem, posed.balanced(problem)
 
@@ -49,7 +50,7 @@ def solved(
 def test_effect_on_the_energy_is_work_of_the_unbalanced_force(
     law: str, nu: float, element: str, scale: float
 ) -> None:
-    problem, balance = solved(law, nu, element)
+    problem, balance = solved(law=law, nu=nu, element=element)
     u = scale * balance.displacement
     points, _ = newton.deform(problem, u, np.zeros((len(problem.points), 0)))
     unbalanced = scale * balance.internal_force - newton.internal_force(problem, points)
@@ -75,3 +76,17 @@ def test_a_body_at_rest_has_no_effect() -> None:
         points=small_strain.deform(problem, np.zeros_like(balance.displacement)),
     )
     assert finite_effect.on_energy(problem, nothing) == (0.0, 0.0)
+
+
+def test_where_j_may_change() -> None:
+    """By the energy or the mean gradient times the slenderness, earlier with faces in contact."""
+    body = build(scene_from_dict(plate()))
+    _, balance = solved()
+    pressed = replace(balance, contact_pairs=1)
+    slenderness = (40**2 + 60**2) / (40 * 60)
+    for state, gradient in ((balance, finite_effect.FELT), (pressed, finite_effect.FELT_BY_CLOSED)):
+        limit = gradient / slenderness
+        assert not finite_effect.may_be_felt(body, state, 0.0, 0.99 * limit)
+        assert finite_effect.may_be_felt(body, state, 0.0, 1.01 * limit)
+        assert not finite_effect.may_be_felt(body, state, 0.99 * finite_effect.FELT_ENERGY, 0.0)
+        assert finite_effect.may_be_felt(body, state, 1.01 * finite_effect.FELT_ENERGY, 0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cfmpm.output.analysis import in_steps
+from cfmpm.output.analysis import by_about, in_steps
 from cfmpm.output.files import LONGEST_NAME, in_file_name
 from cfmpm.output.warnings.doubt import SIZE, Doubt
 
@@ -36,3 +36,16 @@ def test_names_of_files_are_short_and_differ() -> None:
     assert names[0] != names[1]
     assert all(len(name.encode()) <= LONGEST_NAME for name in names)
     assert in_file_name("tip/1") == "tip%2F1"
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        (0.012, "by about 1.2 % (finite_effect)"),
+        (-0.1, "by about -10 % (finite_effect)"),
+        (0.11, "by 11 % to first order (finite_effect; above 10 % that is no size)"),
+        (-20.0, "by -2e+03 % to first order (finite_effect; above 10 % that is no size)"),
+    ],
+)
+def test_an_estimate_of_first_order_is_no_size_of_a_large_change(effect, said):
+    assert by_about(effect, "finite_effect") == said

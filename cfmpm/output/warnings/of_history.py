@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from cfmpm.fracture.ties import grid_error
 from cfmpm.mechanics import NEGLIGIBLE
-from cfmpm.output.analysis import LIGAMENT, Floats, before_arrival, in_steps, parts_of_gap
+from cfmpm.output.analysis import (
+    FIRST_ORDER,
+    LIGAMENT,
+    Floats,
+    before_arrival,
+    by_about,
+    in_steps,
+    parts_of_gap,
+)
 from cfmpm.output.warnings.of_scene import finer_at_tips, rounded_down
 from cfmpm.registry.criteria import DIRECTIONS
 from cfmpm.registry.laws import LAWS
@@ -73,17 +81,25 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
     if scene.kinematics != "auto":
         return []
     lost = np.isnan(history["K_I"].values) & ~np.isnan(history["J"].values)
-    off = f"with a strain energy that is {100 * np.nanmax(effect):.2g} %"
-    in_J = np.abs(np.nan_to_num(history["finite_effect_J"].values))
+    in_J = np.abs(np.nan_to_num(history["finite_effect_J"].values)).max(axis=0, initial=0.0)
     return [
         f"{name}: {in_steps(lost[:, i])} no K_I, K_II and T at finite "
         "deformation, which kinematics: auto chose, since strain around the tip is not small, or "
         "its faces are in contact or bend within the domain; G is J. "
-        f"kinematics: small gives K, {off} and a J that is {100 * in_J[:, i].max():.2g} % "
-        "off at the largest load (finite_effect, finite_effect_J)"
+        + _way_to_k(np.nanmax(effect), in_J[i])
         for i, name in enumerate(history["tip"].values)
         if lost[:, i].any()
     ]
+
+
+def _way_to_k(effect: float, in_J: float) -> str:
+    """How to have K by small strain, if that is near enough to be of use."""
+    if max(effect, in_J) > FIRST_ORDER:
+        return "A smaller load keeps K: at this one small strain is no approximation"
+    return (
+        f"kinematics: small gives K, with a strain energy that is {100 * effect:.2g} % and a J "
+        f"that is {100 * in_J:.2g} % off at the largest load (finite_effect, finite_effect_J)"
+    )
 
 
 def _of_neglected(history: xr.Dataset, effect: NDArray[np.float64], scene: Scene) -> list[str]:
@@ -92,25 +108,25 @@ def _of_neglected(history: xr.Dataset, effect: NDArray[np.float64], scene: Scene
     felt = np.abs(in_J) > NEGLIGIBLE
     changes = []
     if (effect > NEGLIGIBLE).any():
-        size = f"the strain energy by about {100 * np.nanmax(effect):.2g} % (finite_effect)"
-        changes.append((effect > NEGLIGIBLE, size))
+        size = by_about(float(np.nanmax(effect)), "finite_effect")
+        changes.append((effect > NEGLIGIBLE, f"the strain energy {size}"))
     if felt.any():
         sizes = [
-            f"{100 * column[np.nanargmax(np.abs(column))]:.2g} % at {name}"
+            f"{by_about(column[np.nanargmax(np.abs(column))], 'finite_effect_J')} at {name}"
             for name, column in zip(history["tip"].values, in_J.T, strict=True)
             if (np.abs(column) > NEGLIGIBLE).any()
         ]
-        said = f"J by about {', '.join(sizes)} and K by half of that (finite_effect_J)"
+        said = f"J {', '.join(sizes)}, and K by half of that"
         changes.append((felt.any(axis=1), said))
     return [
         f"{in_steps(where)} finite deformation is neglected, which would change {change}; "
-        f"{_by_finite(scene)} takes it into account"
+        f"{_by_finite(scene)}"
         for where, change in changes
     ]
 
 
 def _by_finite(scene: Scene) -> str:
-    """The keys that a scene needs for finite deformation, including those it requires besides."""
+    """How to take finite deformation into account, or to see its size."""
     growth = scene.growth
     needs = {
         "plane: strain": scene.plane == "strain",
@@ -118,7 +134,15 @@ def _by_finite(scene: Scene) -> str:
         "growth.direction: cf": growth is None or not DIRECTIONS[growth.direction].needs_k,
     }
     missing = [need for need, given in needs.items() if not given]
-    return "kinematics: finite" + (f" (with {' and '.join(missing)})" if missing else "")
+    if not missing:
+        return "kinematics: finite takes it into account"
+    # Other keys make another problem of it: they are no remedy.
+    rest = "without growth, at the load of the step, " if growth is not None else ""
+    plane = "and plane: strain " if scene.plane != "strain" else ""
+    return (
+        f"kinematics: finite needs {' and '.join(missing)}; to see the size, compare kinematics: "
+        f"small and finite {rest}{plane}".rstrip(", ")
+    )
 
 
 def doubts_of_domains(history: xr.Dataset, scene: Scene) -> list[str]:

@@ -80,8 +80,7 @@ class TestElementsAtTips:
         text = the_warning(scene, part)
         assert text.startswith(f"crack_1: in step 1 the largest domain radius is {radii[0]:.3g} mm")
         size = number_behind(text, "set mesh.grading.tip_size to at most")
-        # The size of the triangles of a grid differs from that asked for.
-        finer = mesh | {"grading": {"tip_size": 0.8 * size}}
+        finer = mesh | {"grading": {"tip_size": size}}
         assert gone(scene | {"mesh": finer}, part)
 
     def test_reduced_radii(self) -> None:
