@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -33,25 +34,47 @@ _OF_DAMAGE = (
 MANY_TRIANGLES = 1e5
 
 
+_FAILURES = (MeshError, SolveError, OSError, MemoryError, KeyboardInterrupt)
+
+
+def _told(error: BaseException) -> tuple[str, int]:
+    """Message and exit status of an error."""
+    match error:
+        case SceneError():
+            return str(error), WRONG_INPUT
+        case OSError():
+            place = f" {error.filename}" if error.filename else ""
+            return f"cfmpm: cannot write{place}: {error.strerror or error}", FAILED
+        case MemoryError():
+            return "cfmpm: not enough memory; use a larger mesh.size, or solver: amg", FAILED
+        case KeyboardInterrupt():
+            return "cfmpm: interrupted", INTERRUPTED
+    return f"cfmpm: {error}", FAILED
+
+
+def _notes_of(error: BaseException) -> list[str]:
+    """What is told after an error: what is left of the run."""
+    return list(getattr(error, "__notes__", []))
+
+
+def _noted(error: SceneError, cause: BaseException) -> SceneError:
+    """An error that stands for another one, with the notes of that."""
+    for note in _notes_of(cause):
+        error.add_note(note)
+    return error
+
+
 class _Commands(TyperGroup):
     """Commands whose errors end in a message and an exit status, never in a traceback."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
-        except SceneError as error:
-            fail(str(error), WRONG_INPUT)
-        except (MeshError, SolveError) as error:
-            fail(f"cfmpm: {error}", FAILED)
         except BrokenPipeError:  # of `cfmpm schema | head`
             raise
-        except OSError as error:
-            place = f" {error.filename}" if error.filename else ""
-            fail(f"cfmpm: cannot write{place}: {error.strerror or error}", FAILED)
-        except MemoryError:
-            fail("cfmpm: not enough memory; use a larger mesh.size, or solver: amg", FAILED)
-        except KeyboardInterrupt:
-            fail("cfmpm: interrupted", INTERRUPTED)
+        except (SceneError, *_FAILURES) as error:
+            message, status = _told(error)
+            fail("\n".join([message, *_notes_of(error)]), status)
 
 
 app = typer.Typer(
@@ -62,7 +85,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.yaml", help="the scene")]
+# What cannot be read is told as all bad input is, by cfmpm: readable=False leaves it to that.
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.yaml", readable=False, help="the scene")]
 
 Overrides = Annotated[
     list[str] | None,
@@ -71,7 +95,11 @@ Overrides = Annotated[
 
 Output = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="folder to write to; default: results/<name of the scene>"),
+    typer.Option(
+        metavar="DIR",
+        readable=False,
+        help="folder to write to; default: results/<name of the scene>",
+    ),
 ]
 
 Overwrite = Annotated[
@@ -120,7 +148,7 @@ def told_as_damage(file: Path) -> Iterator[None]:
         log.debug("%s", file, exc_info=True)
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
         reason = f"holds what cfmpm does not write ({said}): run the scene again"
-        raise SceneError([Problem(reason, file=str(file))]) from None
+        raise _noted(SceneError([Problem(reason, file=str(file))]), error) from None
 
 
 def fail(message: str, status: int) -> NoReturn:
@@ -173,7 +201,63 @@ def problems_placed(scene: Scene, scene_file: Path, overrides: dict[str, Any]) -
     try:
         yield
     except SceneError as error:
-        raise placed(error, scene, scene_file, overrides) from None
+        raise _noted(placed(error, scene, scene_file, overrides), error) from None
+
+
+def writable(output: Path | None, default: Path) -> Path:
+    """Return the folder to write to, which need not exist, before anything is done.
+
+    Parameters
+    ----------
+    output : Path or None
+        As given by ``--output``.
+    default : Path
+
+    Raises
+    ------
+    SceneError
+        If it is something else than a folder, or cannot be made or written.
+    """
+    folder = default if output is None else output
+    reason = _why_unwritable(folder)
+    if reason and output is None:
+        raise SceneError([Problem(f"{reason}; give another folder by --output", file=str(folder))])
+    if reason:
+        raise SceneError([Problem(reason, file=f"--output {folder}")])
+    return folder
+
+
+def _why_unwritable(folder: Path) -> str:
+    """Why a folder cannot be made or written; empty if it can."""
+    try:
+        os.stat(folder)
+    except (FileNotFoundError, NotADirectoryError):
+        pass  # it is to be made
+    except OSError as error:
+        return f"cannot be made: {error.strerror}"
+    there = next(path for path in (folder, *folder.parents) if os.path.lexists(path))
+    if not there.is_dir():
+        return "is not a folder" if there == folder else f"cannot be made: {there} is not a folder"
+    if not os.access(there, os.W_OK | os.X_OK):
+        return f"cannot be written: no permission for {there}"
+    return ""
+
+
+def readable(result: Path) -> Path:
+    """Return the folder or the file of a result, in which may be looked.
+
+    Raises
+    ------
+    SceneError
+        If not.
+    """
+    try:
+        os.stat(result / "history.nc")
+    except (FileNotFoundError, NotADirectoryError):
+        pass  # what is missing is told by who needs it
+    except OSError as error:
+        raise SceneError([Problem(f"cannot be read: {error.strerror}", file=str(result))]) from None
+    return result
 
 
 def announce_size(scene: Scene) -> None:

@@ -20,8 +20,10 @@ from cfmpm.cli.app import (
     fail,
     problems_placed,
     read_overrides,
+    readable,
     tell,
     told_as_damage,
+    writable,
 )
 from cfmpm.cli.running import (
     log_phase,
@@ -65,6 +67,7 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
 
     overrides = read_overrides(set_)
     scene = load_scene(scene_file, overrides)
+    folder = writable(output, Path("results") / scene.name)
     announce_size(scene)
     full = expand(scene)
     with problems_placed(scene, scene_file, overrides):
@@ -72,7 +75,6 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
     solver = solvers.select(int((~start.loading.prescribed).sum()), scene.solver).name
     finite = full.kinematics == "finite"
     left_out = choices.left_out(full, bool(start.grid.tips), finite=finite)
-    folder = output or Path("results") / scene.name
     path = save_scene(folder, scene, start)
     typer.echo(summary.of_check(full, start, solver, left_out, path))
 
@@ -80,11 +82,14 @@ def check(scene_file: SceneFile, set_: Overrides = None, output: Output = None) 
 @app.command(short_help="Draw a result.")
 def plot(
     result: Annotated[
-        Path, typer.Argument(metavar="RESULT", help="folder of a run, or its history.nc")
+        Path,
+        typer.Argument(metavar="RESULT", readable=False, help="folder of a run, or its history.nc"),
     ],
     output: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="folder to write to; default: that of the result"),
+        typer.Option(
+            metavar="DIR", readable=False, help="folder to write to; default: that of the result"
+        ),
     ] = None,
 ) -> None:
     """Draw a result: scene.png, deformed.png, and for each tip mesh_<tip>.png, cf_<tip>.png.
@@ -102,10 +107,11 @@ def plot(
     from cfmpm.accessor import open_history
     from cfmpm.output.run_folder import HISTORY
 
-    source = result / HISTORY if result.is_dir() else result
+    source = result / HISTORY if readable(result).is_dir() else result
     history = open_history(source)
+    folder = writable(output, source.parent)
     with told_as_damage(source):
-        written = _draw(source, history, output or source.parent)
+        written = _draw(source, history, folder)
     for path in written:
         typer.echo(path)
 
@@ -159,13 +165,17 @@ def _draw(source: Path, history: xr.Dataset, folder: Path) -> list[Path]:
 
 @app.command(short_help="Write a result for ParaView.")
 def export(
-    result: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")],
+    result: Annotated[Path, typer.Argument(metavar="DIR", readable=False, help="folder of a run")],
     format_: Annotated[
         Format, typer.Option("--format", help="vtu: VTU files, and PVD files over the steps")
     ] = Format.vtu,
     output: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="folder to write to; default: vtu in that of the result"),
+        typer.Option(
+            metavar="DIR",
+            readable=False,
+            help="folder to write to; default: vtu in that of the result",
+        ),
     ] = None,
 ) -> None:
     """Write grid, material points and cracks of a run with fields for ParaView.
@@ -175,7 +185,7 @@ def export(
     from cfmpm.output.run_folder import EXPORT, require_own
     from cfmpm.output.vtu import export_vtu
 
-    folder = output or require_own(result, EXPORT)
+    folder = writable(output, require_own(readable(result), EXPORT))
     try:
         with told_as_damage(result):
             written = export_vtu(result, folder)

@@ -23,8 +23,9 @@ from cfmpm.cli.app import (
     log_shown,
     problems_placed,
     read_overrides,
-    tell,
+    readable,
     told_as_damage,
+    writable,
 )
 from cfmpm.errors import Problem, SceneError, SolveError
 from cfmpm.interruption import terminated_as_interrupted
@@ -64,7 +65,7 @@ def run(
 
     overrides = read_overrides(set_)
     scene = load_scene(scene_file, overrides)
-    folder = output or Path("results") / scene.name
+    folder = writable(output, Path("results") / scene.name)
     with (
         held(folder),
         starting(folder, overwrite=overwrite),
@@ -77,10 +78,14 @@ def run(
 
 @app.command(short_help="Resume a run that was interrupted.")
 def resume(
-    result: Annotated[Path, typer.Argument(metavar="DIR", help="folder of the run")],
+    result: Annotated[
+        Path, typer.Argument(metavar="DIR", readable=False, help="folder of the run")
+    ],
     scene_file: Annotated[
         Path | None,
-        typer.Argument(metavar="[SCENE.yaml]", help="the scene, to check that it is the same"),
+        typer.Argument(
+            metavar="[SCENE.yaml]", readable=False, help="the scene, to check that it is the same"
+        ),
     ] = None,
     set_: Overrides = None,
     quiet: Quiet = False,
@@ -95,7 +100,7 @@ def resume(
     from cfmpm.output.run_folder import CHECKPOINT, HISTORY, UNFINISHED, held, was_killed_at_start
 
     overrides = read_overrides(set_)
-    if not result.is_dir():
+    if not readable(result).is_dir():
         raise SceneError([Problem("no such result; cfmpm run makes one", file=str(result))])
     with held(result):
         checkpoint = result / CHECKPOINT
@@ -160,12 +165,12 @@ def _solve(scene: Scene, folder: Path, start: Start | None, *, quiet: bool, verb
         except (Exception, KeyboardInterrupt) as error:
             writer.write(str(error) or "interrupted")
             if writer.steps:
-                tell(
+                error.add_note(
                     f"{folder / HISTORY} has {writer.steps} steps; cfmpm resume {folder} "
                     "continues from there"
                 )
-            elif start is None:
-                tell(f"no step was solved; {folder} is unchanged")
+            elif start is None and (folder / HISTORY).exists():
+                error.add_note(f"no step was solved; {folder} is unchanged")
             raise
     if not quiet:
         typer.echo(summary.of_run(result, written))

@@ -18,7 +18,7 @@ from cfmpm.cli.app import (
     fail,
     log,
     log_shown,
-    tell,
+    writable,
 )
 from cfmpm.interruption import terminated_as_interrupted
 
@@ -36,7 +36,9 @@ LOGGED_EVERY = 10.0
 
 @app.command(short_help="Solve a scene for many values of its keys.")
 def study(
-    study_file: Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="the study")],
+    study_file: Annotated[
+        Path, typer.Argument(metavar="STUDY.yaml", readable=False, help="the study")
+    ],
     workers: Annotated[
         int | None,
         typer.Option(min=1, help="processes, each on one thread; default: one for each core"),
@@ -44,7 +46,11 @@ def study(
     check_: Annotated[bool, typer.Option("--check", help="list the members; solve none")] = False,
     output: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="folder to write to; default: results/<name of study>"),
+        typer.Option(
+            metavar="DIR",
+            readable=False,
+            help="folder to write to; default: results/<name of study>",
+        ),
     ] = None,
     quiet: Quiet = False,
 ) -> None:
@@ -69,7 +75,7 @@ def study(
     if check_:
         typer.echo(summary.of_plan(plan))
         return
-    folder = output or Path("results") / plan.study.name
+    folder = writable(output, Path("results") / plan.study.name)
     keys = {one.key for one in plan.members}
     store = Store(require_own(folder, MEMBERS))
     with held(folder):
@@ -84,9 +90,9 @@ def study(
                 terminated_as_interrupted(),
             ):
                 run_members(plan.members, outcomes, store, workers or usable_cores(), count)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as error:
             kept = f"{len(outcomes)} of {len(keys)} members are kept"
-            tell(f"{kept}; the same command continues the study")
+            error.add_note(f"{kept}; the same command continues the study")
             raise
         write_dataset(collect(plan, outcomes), folder / DATASET)
     if not quiet:

@@ -135,10 +135,16 @@ def written_aside_by_name(path: Path) -> Iterator[Path]:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
-        aside = Path(folder) / path.name
-        yield aside
-        aside.replace(path)
+    prefix = f".{path.name}."
+    try:
+        with tempfile.TemporaryDirectory(prefix=prefix, dir=path.parent) as folder:
+            aside = Path(folder) / path.name
+            yield aside
+            aside.replace(path)
+    except OSError as error:
+        if error.filename is None or prefix in str(error.filename):  # only ours has such a name
+            error.filename = str(path)
+        raise
 
 
 def in_file_name(name: object) -> str:

@@ -15,7 +15,7 @@ from cfmpm.errors import Problem, SceneError
 from cfmpm.output.fields_by_step import list_fields, require_same_run
 from cfmpm.output.files import file_named, written_aside
 from cfmpm.output.reading import read_result
-from cfmpm.output.run_folder import FIELDS, INDEX
+from cfmpm.output.run_folder import FIELDS, HISTORY, INDEX
 
 if TYPE_CHECKING:
     import pyvista
@@ -45,8 +45,8 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
     ImportError
         If pyvista is missing.
     SceneError
-        If the run has no fields, if they cannot be read, or if they belong to another run than the
-        history in the same folder.
+        If there is no run, or it has no fields, if they cannot be read, or if they belong to
+        another run than the history in the same folder.
     """
     import pyvista  # noqa: F401 - reports a missing pyvista before any file is read
 
@@ -57,6 +57,7 @@ def export_vtu(folder: Path, output: Path) -> list[Path]:
         sources = [folder / FIELDS]
         require_same_run(folder, read_result(sources[0], "face_nodes"), FIELDS)
     else:
+        read_result(folder / HISTORY, "domain_radius")
         reason = "no fields; a run with output.fields or output.every writes them"
         raise SceneError([Problem(reason, file=str(folder))])
     with _made(Path(output)):

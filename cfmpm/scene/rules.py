@@ -179,8 +179,15 @@ def _mesh_file(mesh_file: MeshFile) -> Iterator[Finding]:
         yield "mesh_file.file", f"must end in .msh: {mesh_file.file}"
     elif not os.path.isfile(mesh_file.path):
         yield "mesh_file.file", f"no such file: {mesh_file.path}"
-    elif mesh_file.sha256 not in (None, mesh_file.digest()):
-        yield "mesh_file.file", f"has changed since sha256 was taken: {mesh_file.path}"
+    else:
+        try:
+            digest = mesh_file.digest()
+        except OSError as error:
+            reason = f"cannot be read: {mesh_file.path}: {error.strerror or error}"
+            yield "mesh_file.file", reason
+        else:
+            if mesh_file.sha256 not in (None, digest):
+                yield "mesh_file.file", f"has changed since sha256 was taken: {mesh_file.path}"
     yield from _repeated("mesh_file.cracks[{}]", mesh_file.cracks)
     for key, reason in _repeated("{}", ["body", *(r.name for r in mesh_file.regions)]):
         yield f"mesh_file.regions[{int(key) - 1}].name", reason

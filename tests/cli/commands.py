@@ -30,6 +30,12 @@ def expect_failure(result: Result, status: int, *words: str) -> None:
         assert word in result.stderr
 
 
+def stderr_of(result: Result, status: int) -> str:
+    """What a command says that ends with a status other than zero."""
+    expect_failure(result, status)
+    return result.stderr
+
+
 def output_of(code: str, *arguments: str) -> str:
     """Run code in a new interpreter and return its output."""
     done = subprocess.run(

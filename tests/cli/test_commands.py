@@ -4,19 +4,37 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import xarray as xr
-from commands import SCENE, call, expect_failure, output_of
+from commands import SCENE, call, expect_failure, output_of, stderr_of
 
 from cfmpm import __version__, build, state
-from cfmpm.errors import MeshError, SolveError
+from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 from cfmpm.scene import Scene
 from cfmpm.scene.schema import schema
 from cfmpm.study.model import Study
+
+
+def forbid(monkeypatch: pytest.MonkeyPatch, path: str) -> None:
+    """Let the system refuse a file, as it does without permission; root has it for all."""
+
+    def refusing(function: Callable[..., Any]) -> Callable[..., Any]:
+        def call(place: Any, *arguments: Any, **keywords: Any) -> Any:
+            if str(place) == path:
+                raise PermissionError(errno.EACCES, "Permission denied", path)
+            return function(place, *arguments, **keywords)
+
+        return call
+
+    name = "open" if Path(path).exists() else "stat"
+    monkeypatch.setattr(os, name, refusing(getattr(os, name)))
 
 
 class TestRun:
@@ -175,8 +193,76 @@ class TestFailures:
         expect_failure(call("run", scene), 2, "out of balance")
 
     @pytest.mark.parametrize("command", ["run", "check"])
-    def test_output_that_is_a_file(self, scene: Path, command: str) -> None:
-        expect_failure(call(command, scene, "--output", scene), 1, "cannot write", str(scene))
+    def test_output_that_is_no_folder(
+        self, scene: Path, command: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """It is refused before anything is solved."""
+        reason = f"--output {scene}: is not a folder\n"
+        assert stderr_of(call(command, scene, "--output", scene), 2) == reason
+        inner, long = scene / "inner", "a" * 300
+        reason = f"--output {inner}: cannot be made: {scene} is not a folder\n"
+        assert stderr_of(call(command, scene, "--output", inner), 2) == reason
+        reason = f"--output {long}: cannot be made: File name too long\n"
+        assert stderr_of(call(command, scene, "--output", long), 2) == reason
+        monkeypatch.setattr(os, "access", lambda *_: False)
+        reason = "--output new: cannot be written: no permission for .\n"
+        assert stderr_of(call(command, scene, "--output", "new"), 2) == reason
+        reason = "results/small: cannot be written: no permission for .; give another folder by"
+        expect_failure(call(command, scene), 2, reason)
+        assert [path.name for path in Path().iterdir()] == [scene.name]
+
+    @pytest.mark.parametrize("command", ["run", "check", "resume", "plot", "export", "study"])
+    def test_input_that_cannot_be_read(
+        self, scene: Path, command: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """By none but cfmpm itself, in one line."""
+        monkeypatch.setattr(os, "access", lambda *_: False)  # which click asks
+        forbid(monkeypatch, str(scene))
+        forbid(monkeypatch, str(Path("results/small/history.nc")))
+        source = "results/small" if command in ("resume", "plot", "export") else scene
+        Path("results/small").mkdir(parents=True)
+        said = stderr_of(call(command, source), 2)
+        assert said == f"{source}: cannot be read: Permission denied\n"
+
+    def test_a_mesh_file_that_cannot_be_read(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        mesh = scene.with_name("a.msh")
+        mesh.touch()
+        scene.write_text(
+            "name: m\nmaterial: {E: 1, nu: 0}\nmesh_file: {file: a.msh}\n"
+            "loads: [{body_force: [0, 1]}]\n"
+        )
+        forbid(monkeypatch, str(mesh))
+        said = stderr_of(call("run", scene), 2)
+        place = f"{scene}:3:13: mesh_file.file"
+        assert said == f"{place}: cannot be read: {mesh}: Permission denied\n"
+
+    def test_the_reason_comes_before_what_is_left(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def fail(*_: object) -> None:
+            raise SceneError([Problem("no balance", "material.nu")])
+
+        def said() -> list[str]:
+            with monkeypatch.context() as patched:
+                patched.setattr(build, "triangulate", fail)
+                return stderr_of(call("run", scene), 2).splitlines()
+
+        place = f"{scene}:3:22: material.nu: no balance"
+        assert said() == [place]
+        assert call("run", scene).exit_code == 0
+        assert said() == [place, "no step was solved; results/small is unchanged"]
+
+    def test_a_figure_that_cannot_be_written_is_named(
+        self, scene: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def forbidden(folder: str, *_: object) -> None:
+            raise PermissionError(errno.EACCES, "Permission denied", folder)
+
+        monkeypatch.setattr(os, "mkdir", forbidden)
+        result = call("check", scene, "--output", ".")
+        assert stderr_of(result, 1) == "cfmpm: cannot write scene.png: Permission denied\n"
 
     def test_a_full_disk_leaves_nothing_behind(
         self, scene: Path, monkeypatch: pytest.MonkeyPatch

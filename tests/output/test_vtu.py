@@ -18,7 +18,7 @@ from cfmpm.cli.app import app
 from cfmpm.output.fields import build_fields
 from cfmpm.output.fields_by_step import FieldsByStep, list_fields
 from cfmpm.output.files import write_dataset
-from cfmpm.output.run_folder import INDEX
+from cfmpm.output.run_folder import HISTORY, INDEX
 from cfmpm.output.vtu import export_vtu
 from cfmpm.scene import scene_from_dict
 from cfmpm.simulation import run
@@ -110,11 +110,12 @@ def test_the_command_names_what_it_wrote(folder: Path, tmp_path: Path) -> None:
     assert all(Path(line).is_file() for line in lines)
 
 
-def test_without_fields_it_says_what_makes_them(tmp_path: Path) -> None:
+def test_without_fields_it_says_what_makes_them(finished: Path, tmp_path: Path) -> None:
+    shutil.copy(finished / HISTORY, tmp_path)
     result = call("export", tmp_path)
     assert result.exit_code == 2
     assert "output.fields" in result.stderr
-    assert list(tmp_path.iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == [HISTORY]
 
 
 @pytest.fixture(scope="module")

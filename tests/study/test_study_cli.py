@@ -165,8 +165,8 @@ def test_bad_number_of_workers(number: str, folder: Path) -> None:
 def test_a_folder_that_cannot_be_written(folder: Path) -> None:
     (folder / "file").write_text("")
     result = call(write_study(folder), "--output", folder / "file", "--workers", 1)
-    assert result.exit_code == 1
-    assert "cannot write" in result.stderr
+    assert result.exit_code == 2
+    assert result.stderr == f"--output {folder / 'file'}: is not a folder\n"
 
 
 def test_a_full_disk_leaves_no_half_file(folder: Path, monkeypatch) -> None:
