@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from cfmpm.scene import Scene
 from cfmpm.state import State
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result(state.Result):
     """Result of `run`: the history and the last state of equilibrium, which it can write."""
 
@@ -69,6 +69,8 @@ def run(
 
     Raises
     ------
+    TypeError
+        If the scene is none, such as its file or a dictionary.
     SceneError
         If the scene is invalid on its grid.
     MeshError
@@ -81,4 +83,10 @@ def run(
     Results are equal bit by bit for any number of threads: kernels run serially, and dense linear
     algebra uses one thread (`threads`).
     """
+    if not isinstance(scene, Scene):
+        way = "scene_from_dict" if isinstance(scene, Mapping) else "load_scene"
+        raise TypeError(
+            f"cfmpm.run needs a Scene, not {type(scene).__name__}: "
+            f"cfmpm.run(cfmpm.{way}(...)) reads and checks one"
+        )
     return Result(**vars(simulation.run(scene, announce, observe, start)))

@@ -52,7 +52,7 @@ class Stage:
     gradients: Floats | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class State:
     """A body in equilibrium; a state proportional to the load factor is that at factor one.
 
@@ -82,6 +82,9 @@ class State:
     level: int
     stage: Stage
 
+    def __repr__(self) -> str:
+        return f"<State of {self.scene.name}, step {self.stage.step}>"
+
     @property
     def scene(self) -> Scene:
         """The scene, expanded: with its geometry, loads and names."""
@@ -108,7 +111,7 @@ class State:
         return self.balance.displacement
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result(State):
     """The result of a run: its history and the last state of equilibrium.
 
@@ -119,3 +122,11 @@ class Result(State):
     """
 
     history: xr.Dataset
+
+    def __repr__(self) -> str:
+        sizes = self.history.sizes
+        said = ", ".join(
+            f"{sizes[key]} {name}{'' if sizes[key] == 1 else 's'}"
+            for key, name in {"step": "step", "tip": "crack tip"}.items()
+        )
+        return f"<Result of {self.scene.name}: {said}; see its history>"
