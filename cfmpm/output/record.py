@@ -23,6 +23,7 @@ from cfmpm.output.external_work import conjugates, released, work_after
 from cfmpm.output.history import StepRecord, build_history
 from cfmpm.output.warnings import of_history, of_scene, of_state
 from cfmpm.output.warnings.doubt import Doubts
+from cfmpm.output.warnings.of_units import doubts_of_units
 from cfmpm.registry.solvers import SOLVERS
 from cfmpm.registry.table import load
 from cfmpm.scene.model import Scene
@@ -226,8 +227,10 @@ class Record:
             first += of_history.doubts_of_held_tips(history, self.full)
             first = of_history.doubts_of_end(history, growth) + first
             found = of_history.doubts_of_path(history, self.full, growth)
-        warnings = [*first, *self.warnings, *self.doubts.said(), *found]
-        history.attrs["warnings"] = json.dumps(warnings, ensure_ascii=False)
+        # Where units are mistaken, all else that is told follows from it.
+        units = [*of_scene.unusual(self.full), *doubts_of_units(self.full)]
+        texts = dict.fromkeys([*units, *first, *self.warnings, *self.doubts.said(), *found])
+        history.attrs["warnings"] = json.dumps(list(texts), ensure_ascii=False)
         return history
 
     def _of_ends(self, body: Body, decision: Decision) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,46 @@ class TestCheck:
             usual = "is outside the usual range of 0.001"
             assert f"material.E: 2.1e+11 MPa {usual} to 2e+06 MPa" in said
             assert f"material.g_c: 2500 N/mm {usual} to 1000 N/mm" in said
+
+    @pytest.mark.parametrize(
+        ("change", "said"),
+        [
+            ("family.traction=100e6", "a traction of 1e+08 gives a strain of the order of 4.8e+02"),
+            ("material.E=21", "a traction of 10 gives a strain of the order of 0.48"),
+            ("load_steps=[1, 6e3]", "a traction of 60000 gives a strain of the order of 0.29"),
+        ],
+    )
+    def test_says_that_loads_look_like_other_units(
+        self, scene: Path, change: str, said: str
+    ) -> None:
+        assert "check the units" not in call("check", scene).stdout
+        told = " ".join(call("check", scene, "--set", change).stdout.split())
+        assert f"{said}, its stress by material.E of" in told
+        assert "check the units, which are mm, N and MPa" in told
+
+    def test_mistaken_units_are_told_before_what_follows_from_them(self, scene: Path) -> None:
+        for change in ("material.E=21", "material={E: 210e9, nu: 0.3}"):
+            call("run", scene, "--set", change)
+            history = xr.load_dataset("results/small/history.nc")
+            assert "check" in json.loads(history.attrs["warnings"])[0]
+        change = "loads=[{name: fall, body_force: [0, 7.85]}, {edge: bottom, displacement: {y: 0}}]"
+        rest = "family={kind: single_edge, width: 10, height: 20, crack_length: 4}"
+        said = " ".join(
+            call(
+                "check", scene, "--set", change, "--set", rest, "--set", "material.E=210"
+            ).stdout.split()
+        )
+        assert "fall: a body_force of 7.85 gives a strain of the order of 0.75" in said
+
+    def test_large_strain_that_is_meant_is_no_doubt(self, scene: Path) -> None:
+        """Nor is the load of growth at the critical one, which is scaled."""
+        rubber = ("--set", "material={E: 21, nu: 0.3, g_c: 1}")
+        said = " ".join(call("check", scene, *rubber).stdout.split())
+        assert "kinematics: finite goes with such strains" in said
+        for way in ("kinematics=finite", "growth={control: crack}"):
+            result = call("check", scene, *rubber, "--set", way)
+            assert result.exit_code == 0, result.output
+            assert "check the units" not in result.stdout
 
     def test_says_that_nothing_loads_the_body(self, scene: Path) -> None:
         for command in ("check", "run"):
@@ -122,6 +163,8 @@ class TestPlot:
         expect_failure(call("plot", "results/none"), 2, "results/none: no such result")
         Path("empty").mkdir()
         expect_failure(call("plot", "empty"), 2, "history.nc: no such result")
+        pytest.importorskip("pyvista")
+        expect_failure(call("export", "results/none"), 2, "results/none/history.nc: no such result")
 
     @pytest.mark.parametrize("content", [b"", b"not netCDF", b"\x89HDF\r\n\x1a\n" + bytes(64)])
     def test_a_damaged_result(self, scene: Path, content: bytes) -> None:

@@ -14,6 +14,7 @@ from cfmpm.body.notches import sharp_notches
 from cfmpm.body.tip_domains import FILL, RESOLVED
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.output.warnings.doubt import SIZE, Doubt
+from cfmpm.output.warnings.of_units import doubts_of_units
 from cfmpm.registry.laws import LAWS
 from cfmpm.registry.loads import LOADS
 from cfmpm.scene.families import expand
@@ -124,7 +125,7 @@ def doubts_of_scene(scene: Scene, body: Body) -> list[str]:
     list of str
     """
     own = scene.mesh_file is None
-    found = [*unusual(scene), *body.loading.warnings]
+    found = [*unusual(scene), *doubts_of_units(scene), *body.loading.warnings]
     if not body.loading.any:
         found.append(
             "the body has no load, so that all results are zero: add a traction, a force, a "
