@@ -93,7 +93,7 @@ def may_be_felt(body: Body, balance: Equilibrium, energy: float, gradient: float
     times the square of the diagonal of the body over its area. At tips that are almost closed J is
     small, and changes by more.
     """
-    slenderness = np.square(np.ptp(body.grid.nodes, axis=0)).sum() / body.integration.volume.sum()
+    slenderness = body.grid.diagonal**2 / body.integration.volume.sum()
     limit = FELT_BY_CLOSED if balance.contact_pairs else FELT
     return bool(energy > FELT_ENERGY or slenderness * gradient > limit)
 

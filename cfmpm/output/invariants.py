@@ -48,9 +48,10 @@ def force_imbalance(body: Body, balance: Equilibrium) -> float:
     applied = loading.at(balance.load_factor)
     held = balance.internal_force - applied.force - balance.contact_force
     supported = loading.supported
-    if balance.finite:
+    if balance.finite and loading.holds.turning.size:
         supported = supported.copy()
-        supported[tuple(loading.holds.turning.T)] = True
+        # A moment is held by the forces of a couple, at two of them.
+        supported[tuple(loading.holds.places.T)] = True
     reaction = np.where(supported, held, 0.0)
     acting = applied.force + reaction
     parts = [np.abs(applied.own_weight).sum(axis=0)]

@@ -98,7 +98,8 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
     steps = float(last["substeps"])
     if not steps > 0.0:
         effect, in_J = (
-            float(abs(whole[name]).max()) for name in ("finite_effect", "finite_effect_J")
+            float(np.fmax.reduce(np.abs(whole[name].values), axis=None, initial=np.nan))
+            for name in ("finite_effect", "finite_effect_J")
         )
         said = f"finite deformation would change the energy by a fraction of about {effect:.1e}"
         if np.isfinite(in_J):
