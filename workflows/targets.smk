@@ -1,6 +1,6 @@
 # What is asked for by name. A rule's name cannot hold a hyphen, but an anonymous rule's can.
 
-REPRODUCED = [*rules.overview.input.figures, *FILMS, rules.overview.output.page]
+REPRODUCED = [*rules.overview.input.figures, *FILMS, *rules.overview.output]
 
 
 rule:

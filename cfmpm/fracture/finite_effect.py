@@ -13,7 +13,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.fracture import cf
 from cfmpm.fracture.evaluation import evaluate_tips, j_of_tips
-from cfmpm.kernels import finite
+from cfmpm.kernels import departure
 from cfmpm.linear.solvers import Factor
 
 # Energy over modulus times displacement squared below which it is round-off of a rigid motion.
@@ -60,7 +60,7 @@ def on_energy(
     nothing = np.zeros((len(points), materials.n_internal))
     factor = scale
     while True:
-        work, linear, size = finite.departure(
+        work, linear, size = departure.departure(
             points.volume,
             points.material,
             materials.law,

@@ -38,9 +38,10 @@ def force_imbalance(body: Body, balance: Equilibrium) -> float:
     float
         Resultant of the loads and of what their supports exert, at small strain also its moment
         over the size of the body, over the largest force at a loaded part. What the program holds
-        rigid motions by is not among them: a force there shows here. At finite deformation its
-        hold of a rotation is, which a warning tells (`mechanics.leans`). nan where the grid is
-        reset, as springs carry loads there.
+        rigid motions by is not among them: a force there shows here. At finite deformation they
+        are where a rotation is held, which a warning tells (`mechanics.leans`): by a couple, whose
+        forces are those of a hold and of a support or another hold. nan where the grid is reset,
+        as springs carry loads there.
     """
     if body.motion is not None:
         return math.nan

@@ -7,8 +7,18 @@ from dataclasses import dataclass
 import xarray as xr
 
 from cfmpm.body.grid import Floats
-from cfmpm.ending import RUN_STATUS
+from cfmpm.ending import LOST, RUN_STATUS
 from cfmpm.output.variables import TIP_STATUS
+
+# What a status of a tip says of its crack.
+_TOLD = {
+    "growing": "still runs",
+    "stopped": "stops",
+    "arrived_boundary": "reaches the edge",
+    "arrived_hole": "ends in a hole",
+    "arrived_crack": "meets the other crack",
+    "severed": "lies in a part that is cut off",
+}
 
 
 @dataclass(frozen=True)
@@ -26,9 +36,14 @@ def arrival(run: xr.Dataset, tip: str) -> str:
     return TIP_STATUS[int(run.tip_status.sel(tip=tip)[-1])]
 
 
-def ended(run: xr.Dataset) -> str:
-    """Return how a run ended, a word of `RUN_STATUS`."""
-    return RUN_STATUS[int(run.run_status)]
+def told(run: xr.Dataset, tip: str) -> str:
+    """Say what became of the crack of a tip."""
+    return _TOLD[arrival(run, tip)]
+
+
+def lost(run: xr.Dataset) -> str:
+    """Say that a run came to no regular end; nothing if it did."""
+    return "; no solution follows" if RUN_STATUS[int(run.run_status)] in LOST else ""
 
 
 def grade(*held: bool) -> str:

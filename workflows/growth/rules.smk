@@ -3,12 +3,6 @@
 GROWTH = "results/paper/growth"
 GROWN = {study: f"{GROWTH}/{study}.nc" for study in STUDIES}
 
-EDGE = "5.2 Edge crack grows"
-SHEAR = "5.3 Edge crack under shear"
-HOLES = "5.4 Two holes, two cracks"
-BEAM = "5.5 Beam with three holes"
-OF_STUDY = dict(edge=EDGE, shear=SHEAR, holes=HOLES, beam=BEAM)
-
 
 rule growth:
     # All variants of a study in one job: most take a second or two.
@@ -46,7 +40,7 @@ rule film:
             "results/paper/film_{study}.png",
             "report/film.rst",
             lambda wildcards: OF_STUDY[wildcards.study],
-            "Film: the cracks as they grow",
+            f"Film: {FILM}",
         ),
     log:
         "results/logs/film/{study}.log",
@@ -72,9 +66,9 @@ rule section_5_2:
         scene=STUDIES["edge"].scene,
         code=[*modules("section_5_2"), *PLOTTING],
     output:
-        fig9=figure(9, "angle along the path", EDGE),
+        fig9=figure(9, EDGE),
         fig9_data="results/paper/fig9.nc",
-        fig10=figure(10, "trajectories", EDGE),
+        fig10=figure(10, EDGE),
         fig10_data="results/paper/fig10.nc",
     log:
         "results/logs/section_5_2.log",
@@ -90,9 +84,6 @@ rule section_5_2:
         "jobs/section_5_2.py"
 
 
-contribute(EDGE, [9, 10], ["growth/edge", "section_5_2", "film/edge"])
-
-
 rule section_5_3:
     input:
         growth=GROWN["shear"],
@@ -100,9 +91,9 @@ rule section_5_3:
         code=[*modules("section_5_3"), *PLOTTING],
         references=REFERENCES,
     output:
-        fig11=figure(11, "path", SHEAR),
+        fig11=figure(11, SHEAR),
         fig11_data="results/paper/fig11.nc",
-        fig12=figure(12, "convergence", SHEAR),
+        fig12=figure(12, SHEAR),
         fig12_data="results/paper/fig12.nc",
     log:
         "results/logs/section_5_3.log",
@@ -118,9 +109,6 @@ rule section_5_3:
         "jobs/section_5_3.py"
 
 
-contribute(SHEAR, [11, 12], ["growth/shear", "section_5_3", "film/shear"])
-
-
 rule section_5_4:
     input:
         growth=GROWN["holes"],
@@ -128,9 +116,9 @@ rule section_5_4:
         code=[*modules("section_5_4"), *PLOTTING],
         references=REFERENCES,
     output:
-        fig13=figure(13, "paths", HOLES),
+        fig13=figure(13, HOLES),
         fig13_data="results/paper/fig13.nc",
-        fig14=figure(14, "driving force", HOLES),
+        fig14=figure(14, HOLES),
         fig14_data="results/paper/fig14.nc",
     log:
         "results/logs/section_5_4.log",
@@ -146,9 +134,6 @@ rule section_5_4:
         "jobs/section_5_4.py"
 
 
-contribute(HOLES, [13, 14], ["growth/holes", "section_5_4", "film/holes"])
-
-
 rule section_5_5:
     input:
         growth=GROWN["beam"],
@@ -156,9 +141,9 @@ rule section_5_5:
         code=[*modules("section_5_5"), *PLOTTING],
         references=REFERENCES,
     output:
-        fig15=figure(15, "paths", BEAM),
+        fig15=figure(15, BEAM),
         fig15_data="results/paper/fig15.nc",
-        fig16=figure(16, "near-miss", BEAM),
+        fig16=figure(16, BEAM),
         fig16_data="results/paper/fig16.nc",
     log:
         "results/logs/section_5_5.log",
@@ -174,9 +159,6 @@ rule section_5_5:
         "Section 5.5: figures 15 and 16"
     script:
         "jobs/section_5_5.py"
-
-
-contribute(BEAM, [15, 16], ["growth/beam", "section_5_5", "film/beam"])
 
 
 rule claims_growth:
@@ -206,6 +188,4 @@ rule claims_growth:
         "jobs/claims_growth.py"
 
 
-CLAIMS["5.2 to 5.5"] = "results/paper/sections_5_2_to_5_5.csv"
-FILMS += [f"results/paper/{study}.gif" for study in STUDIES]
-FILMS += [f"results/paper/film_{study}.png" for study in STUDIES]
+CLAIMS.append("results/paper/sections_5_2_to_5_5.csv")

@@ -10,8 +10,16 @@ from pathlib import Path
 from cfmpm.output.files import written_aside
 from workflows.reporting.html_page import html_page, html_table, write_text
 
-# Of the table to be read; the CSV file has all fields.
-SHOWN = ("claim", "paper", "reference", "cfmpm", "error", "held", "test")
+# Of the table to be read, and how its columns are headed; the CSV file has all fields.
+SHOWN = {
+    "claim": "claim",
+    "paper": "the paper",
+    "reference": "what is known otherwise",
+    "cfmpm": "found here",
+    "error": "error",
+    "held": "held",
+    "test": "decided by",
+}
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,8 @@ class Claim:
         How far the datasets are from the reference.
     figures : str
         In which figures it is seen: their numbers, separated by blanks.
+    sentence : str
+        What was found, in one plain sentence. Claims that were found alike have the same.
     """
 
     claim: str
@@ -42,6 +52,7 @@ class Claim:
     test: str
     error: str = ""
     figures: str = ""
+    sentence: str = ""
 
     @property
     def verdict(self) -> str:
@@ -69,7 +80,7 @@ def write_table(
         writer = csv.DictWriter(file, [field.name for field in fields(Claim)])
         writer.writeheader()
         writer.writerows(asdict(claim) for claim in claims)
-    lines = [SHOWN, ["---"] * len(SHOWN), *(_cells(claim) for claim in claims)]
+    lines = [SHOWN.values(), ["---"] * len(SHOWN), *(cells(claim) for claim in claims)]
     write_text("".join(f"| {' | '.join(line)} |\n" for line in lines), markdown)
     write_text(html_page(title, claims_table(claims)), page)
 
@@ -80,12 +91,18 @@ def read_table(path: str | Path) -> list[Claim]:
         return [Claim(**row) for row in csv.DictReader(file)]
 
 
-def claims_table(claims: Iterable[Claim], columns: Sequence[str] = SHOWN) -> str:
+def claims_table(claims: Iterable[Claim]) -> str:
     """Return claims as an HTML table, one row each below a head."""
     claims = list(claims)
-    rows = [_cells(claim, columns) for claim in claims]
-    return html_table(columns, rows, [claim.verdict.replace(" ", "-") for claim in claims])
+    marks = [mark(claim) for claim in claims]
+    return html_table(list(SHOWN.values()), map(cells, claims), marks)
 
 
-def _cells(claim: Claim, columns: Sequence[str] = SHOWN) -> list[str]:
-    return [getattr(claim, name) for name in columns]
+def cells(claim: Claim) -> list[str]:
+    """What the table shows of a claim."""
+    return [getattr(claim, name) for name in SHOWN]
+
+
+def mark(claim: Claim) -> str:
+    """The class of a claim's row in a page's style."""
+    return claim.verdict.replace(" ", "-")

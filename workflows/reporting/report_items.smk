@@ -1,18 +1,47 @@
 # Figures, films and tables of claims: items of Snakemake's report and of the overview.
 
-# What the sections add to the whole, each by its own rules: figures and films to be made, the jobs
-# behind them, and tables of claims.
-SECTIONS, CLAIMS, FILMS = {}, {}, []
+# What the sections add to the whole, each by its own rules: figures and films to be made, with
+# their captions, from what, by which jobs; and tables of claims.
+SECTIONS, CLAIMS, FILMS, CAPTIONS = {}, [], [], []
 
 
-def contribute(section, numbers, jobs):
-    """Add figures of the paper and the jobs that are timed."""
-    here = Path(str(workflow.current_basedir)).relative_to(ROOT)
-    SECTIONS[section] = {
-        "figures": {n: f"results/paper/fig{n}.png" for n in numbers},
-        "captions": {n: str(here / "report" / f"fig{n}.rst") for n in numbers},
-        "benchmarks": {name: f"results/benchmarks/{name}.tsv" for name in jobs},
+FILM = "the cracks as they grow"
+
+
+def contribute(section, figures, jobs, of, film=None):
+    """Add figures of the paper and a film, the jobs that are timed, and what has scene and study.
+
+    A figure has by its number a title, and in short what the paper's figure shows.
+    """
+    report_folder = Path(str(workflow.current_basedir)).relative_to(ROOT) / "report"
+    drawn = {
+        str(number): {
+            "title": title,
+            "paper": paper,
+            "picture": f"results/paper/fig{number}.png",
+            "data": f"results/paper/fig{number}.nc",
+            "caption": str(report_folder / f"fig{number}.rst"),
+        }
+        for number, (title, paper) in figures.items()
     }
+    filmed = {
+        "title": FILM,
+        "picture": f"results/paper/film_{film}.png",
+        "file": f"results/paper/{film}.gif",
+        "caption": str(report_folder / "film.rst"),
+    }
+    films = [filmed] if film else []
+    SECTIONS[section] = {
+        "figures": drawn,
+        "films": films,
+        "benchmarks": {
+            done: f"results/benchmarks/{job}.tsv" for done, job in jobs.items()
+        },
+        "scene": of.scene,
+        "study": of.study,
+    }
+    CAPTIONS.extend(one["caption"] for one in (*drawn.values(), *films))
+    FILMS.extend(one[file] for one in films for file in ("picture", "file"))
 
 
 def item(path, caption, section, name):
@@ -25,14 +54,15 @@ def item(path, caption, section, name):
     return report(path, caption=caption, category=section, labels={"item": name})
 
 
-def figure(number, shows, section):
+def figure(number, section):
     """A figure of the paper as an item of Snakemake's report."""
+    shown = SECTIONS[section]["figures"][str(number)]
     return item(
-        f"results/paper/fig{number}.png",
+        shown["picture"],
         f"report/fig{number}.rst",
         section,
         # Items are sorted as text: of two digits or one and a blank.
-        f"Fig. {number!s:>2}: {shows}",
+        f"Fig. {number!s:>2}: {shown['title']}",
     )
 
 

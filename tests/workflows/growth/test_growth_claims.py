@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import growth_data as made_up
 import numpy as np
 import pytest
 import xarray as xr
+from page_parts import program_words
 
 from workflows.growth import beam_claims, claims, edge_claims, holes_claims
 from workflows.growth.beam_claims import BEAM
@@ -21,6 +22,9 @@ from workflows.growth.holes_claims import HOLES
 @pytest.fixture(scope="module")
 def evidence():
     return Evidence(made_up.edge(), made_up.shear(), made_up.holes(), made_up.beam())
+
+
+moved, scaled, ended = made_up.moved, made_up.scaled, made_up.ended
 
 
 def held(evidence, claim, words):
@@ -38,11 +42,21 @@ def test_all_hold_on_data_that_are_right(evidence):
     assert len({one.claim for one in decided}) == len(decided) > 25
 
 
+def test_claims_are_told_in_words_of_the_field(evidence):
+    lost = replace(
+        evidence,
+        holes=ended(moved(evidence.holes, "cf", 0, 2 * HOLES), "paper", "arrived_crack"),
+        beam=ended(evidence.beam, "cf_10_4", "growing"),
+    )
+    for one in (*claims.decide(evidence), *claims.decide(lost)):
+        assert one.sentence.endswith(".")
+        assert program_words(" ".join(asdict(one).values())) == []
+
+
 CF_790 = edge_claims.straight, ("CF direction, 790",)
 SHEARED = edge_claims.shear_path, ("CF direction, first order (paper)",)
 TWO_HOLES = holes_claims.holes_path, ("CF direction (paper)",)
 OF_BEAM = beam_claims.beam_paths, ("1.5 in", "CF direction")
-moved, scaled, ended = made_up.moved, made_up.scaled, made_up.ended
 
 
 def without_arrest(beam):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from page_parts import program_words
 
 from cfmpm.ending import RUN_STATUS
 from workflows.large_strain import claims
@@ -70,7 +72,10 @@ def scaled(data, variant, name, factor):
 def test_what_is_right_and_what_is_wrong_is_said():
     found = {one.claim: one.held for one in claims.decide(made_up())}
     assert list(found.values()) == ["yes", "yes", "no", "no", "no", "no", "misprint", "yes"]
-    assert all("8" in one.figures for one in claims.decide(made_up()))
+    for one in claims.decide(made_up()):
+        assert "8" in one.figures
+        assert one.sentence.endswith(".")
+        assert program_words(" ".join(asdict(one).values())) == []
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 import xarray as xr
+from page_parts import program_words
 
 import cfmpm
 from workflows.configuration.scene_with_grid import scene_with
@@ -115,6 +116,9 @@ def test_claims(evidence):
     assert held["R = 50 mm is one-twentieth of the crack length"] == "misprint"
     assert held["CF is path-dependent for a linear elastic material"] == "misprint"
     assert held["CF converges to the analytical value"] == "no"
+    for claim in claims.decide(evidence):
+        assert claim.sentence.endswith(".")
+        assert program_words(" ".join(asdict(claim).values())) == []
 
 
 def test_claims_follow_the_data(evidence):

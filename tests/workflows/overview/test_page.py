@@ -1,0 +1,161 @@
+"""The overview: what holds and what does not, figures with what they are made from, every claim."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from page_parts import Page, write_moving, write_picture, write_time
+
+from workflows.overview.page import DOI, write_overview
+from workflows.reporting.claim_table import Claim, write_table
+
+RISES = Claim(
+    "CF rises", "yes", "order h", "order h^1.10", "yes", "each grid", "3e-12", "4", "CF rises."
+)
+CLAIMS = [
+    RISES,
+    Claim("K_I is low", "low", "", "high", "no", "a test", "", "4 5", "K_I is high."),
+    replace(RISES, claim="CF rises on T6", figures="5"),
+    Claim("5.2 The crack is straight", "", "", "bent", "in part", "a test", "", "", "It bends."),
+    Claim("5.2 R is a/20", "1/20", "", "1/2", "misprint", "arithmetic", "", "9", "R is a/2."),
+    Claim("5.2 It ends", "", "", "it does", "yes, at last", "a test", "", "9"),
+]
+
+
+@pytest.fixture
+def parts(tmp_path):
+    """Two sections with their files, and the tables of their claims."""
+    results, configs = tmp_path / "results/paper", tmp_path / "configs"
+    configs.mkdir()
+
+    def section(numbers, films=()):
+        for number in numbers:
+            write_picture(results / f"fig{number}.png")
+            (results / f"fig{number}.nc").touch()
+            caption = configs / f"fig{number}.rst"
+            caption.write_text(f"Plainly {number}.\n\nIn\ndetail {number}.\n", encoding="utf-8")
+        for film in films:
+            write_moving(results / f"film_{film}.png")
+            write_moving(results / f"{film}.gif")
+            (configs / "film.rst").write_text("It moves.\n", encoding="utf-8")
+        for name, seconds in (("data", 12.4), ("drawing", 3.0)):
+            write_time(configs / f"{name}.tsv", seconds)
+        (configs / "scene.yaml").touch()
+        return {
+            "figures": {
+                number: {
+                    "title": f"title {number}",
+                    "paper": f"paper {number}",
+                    "picture": str(results / f"fig{number}.png"),
+                    "data": str(results / f"fig{number}.nc"),
+                    "caption": str(configs / f"fig{number}.rst"),
+                }
+                for number in numbers
+            },
+            "films": [
+                {
+                    "title": "growth",
+                    "picture": str(results / f"film_{film}.png"),
+                    "file": str(results / f"{film}.gif"),
+                    "caption": str(configs / "film.rst"),
+                }
+                for film in films
+            ],
+            "benchmarks": {
+                "computation": str(configs / "data.tsv"),
+                "figures": str(configs / "drawing.tsv"),
+            },
+            "scene": str(configs / "scene.yaml"),
+            "study": str(configs / "scene.yaml"),
+        }
+
+    return {"5.1 At rest": section(["4", "5"]), "5.2 Growing": section(["9"], ["edge"])}
+
+
+@pytest.fixture
+def pages(parts, tmp_path):
+    """The page, and the one for the report."""
+
+    def write(claims=CLAIMS):
+        table, other, third = (tmp_path / f"claims.{kind}" for kind in ("csv", "md", "html"))
+        write_table(claims, "claims", table, other, third)
+        paths = [tmp_path / "results/paper" / f"{name}.html" for name in ("overview", "summary")]
+        write_overview(parts, [table], *paths)
+        return [Page.of_file(path) for path in paths]
+
+    return write
+
+
+def test_the_first_screen_counts_and_says_in_sentences(pages):
+    for page in pages():
+        assert (
+            "Of 6 claims and numbers of section 5, 3 hold, 1 does not hold, 1 holds in part, "
+            "and 1 is a misprint." in page.text
+        )
+        # Found alike, said once, with links to both; without a sentence the claim stands for it.
+        assert "Holds (3) 5.1 CF rises. 1, 3 5.2 5.2 It ends. 6" in page.text
+        assert "Does not hold (1) 5.1 KI is high. 2" in page.text
+        assert "Misprints of the paper (1) 5.2 R is a/2. 5" in page.text
+    page, _ = pages([RISES])
+    assert "Of 1 claims and numbers of section 5, 1 holds." in page.text
+
+
+def test_each_claim_stands_once_in_its_section(pages):
+    for page in pages():
+        assert [one for one in page.places if one.startswith("claim-")] == [
+            f"claim-{k}" for k in range(1, 7)
+        ]
+        for claim in ("KI is low", "CF rises on T6", "5.2 The crack is straight", "5.2 R is a/20"):
+            assert page.text.count(claim) == 1
+        # Numbers as in print.
+        assert "order h1.10 3 × 10−12 yes each grid" in page.text
+        assert page.text.index("CF rises on T6") < page.text.index("The crack is straight")
+
+
+def test_figures_stand_beside_what_they_are_made_from(pages, tmp_path):
+    page, summary = pages()
+    assert page.pictures == [
+        "Fig. 4: title 4",
+        "Fig. 5: title 5",
+        "Fig. 9: title 9",
+        "Film: growth",
+    ]
+    assert (
+        "Fig. 4: title 4 Plainly 4. In the paper: paper 4. In detail 4. Data: fig4.nc." in page.text
+    )
+    assert "Scene: scene.yaml. Study: scene.yaml." in page.text
+    assert page.text.count("Wall time of the section: 15 s (computation 12 s, figures 3 s).") == 4
+    assert {"fig4.png", "fig4.nc", "edge.gif", "../../configs/scene.yaml", DOI} <= {*page.links}
+    assert "Zhou" in page.text
+    assert summary.pictures == []
+
+
+def test_every_link_leads_somewhere(pages, tmp_path):
+    for page in pages():
+        assert len(page.places) == len(set(page.places))
+        for link in page.links:
+            if link.startswith("#"):
+                assert link[1:] in page.places
+            elif link != DOI:
+                assert (tmp_path / "results/paper" / link).is_file()
+    page, summary = pages()
+    assert {"#verdict", "#5-1-at-rest", "#fig-9", "#film_edge", "#claims-5-2-growing"} <= {
+        *page.links
+    }
+    # In the report, which has the page inside itself, no file is beside it.
+    assert all(link.startswith("#") for link in summary.links)
+
+
+def test_a_claim_of_no_section_is_refused(pages):
+    with pytest.raises(ValueError, match=r"no section: the claim '5\.9 Else'"):
+        pages([replace(RISES, claim="5.9 Else", figures="")])
+    with pytest.raises(ValueError, match="unknown verdict: perhaps"):
+        pages([replace(RISES, held="perhaps")])
+
+
+def test_pages_are_small_enough_for_the_report(pages, tmp_path):
+    """A browser shows no page inside another one of more than two million characters."""
+    pages([replace(RISES, claim=f"{RISES.claim} {k}") for k in range(300)])
+    size = (tmp_path / "results/paper/summary.html").stat().st_size
+    assert 4 / 3 * size < 2_000_000

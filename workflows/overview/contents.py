@@ -1,0 +1,158 @@
+"""What the overview shows: the sections of the paper with their figures, films and claims."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from workflows.reporting.claim_table import Claim, read_table
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure or a film.
+
+    Attributes
+    ----------
+    name : str
+        As Fig. 9, or Film.
+    title : str
+        What it shows.
+    paper : str
+        What the paper's figure of this number shows; nothing for a film.
+    picture : Path
+        PNG.
+    file : Path
+        What opens at a click: the same, or the film as a file to be kept.
+    data : Path or None
+        netCDF.
+    sentences : list of str
+        The caption by its paragraphs; the first is one plain sentence.
+    """
+
+    name: str
+    title: str
+    paper: str
+    picture: Path
+    file: Path
+    data: Path | None
+    sentences: list[str]
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """A claim with its number on the page and that of its section, as 5.2."""
+
+    number: int
+    section: str
+    claim: Claim
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of the paper.
+
+    Attributes
+    ----------
+    title : str
+    pictures : list of Picture
+    claims : list of Numbered
+    scene, study : Path
+    seconds : dict of str to float
+        Wall time by what was done.
+    """
+
+    title: str
+    pictures: list[Picture]
+    claims: list[Numbered]
+    scene: Path
+    study: Path
+    seconds: dict[str, float]
+
+
+def read_sections(
+    sections: Mapping[str, Mapping[str, Any]], tables: Sequence[str | Path]
+) -> list[Section]:
+    """Read what the sections are made of.
+
+    Parameters
+    ----------
+    sections : mapping of str to mapping
+        By title, as `contribute` of the rules collects them.
+    tables : sequence of Path
+        CSV files of `claim_table.write_table`.
+
+    Raises
+    ------
+    ValueError
+        If a claim belongs to no section.
+    """
+    every = [claim for path in tables for claim in read_table(path)]
+    homes = [_home(claim, sections) for claim in every]
+    found, number = [], 1
+    for title, parts in sections.items():
+        own = [claim for claim, home in zip(every, homes, strict=True) if home == title]
+        found.append(
+            Section(
+                title,
+                [_figure(n, figure) for n, figure in parts["figures"].items()]
+                + [_film(film) for film in parts["films"]],
+                [Numbered(k, title.split()[0], claim) for k, claim in enumerate(own, number)],
+                Path(parts["scene"]),
+                Path(parts["study"]),
+                {done: _seconds(path) for done, path in parts["benchmarks"].items()},
+            )
+        )
+        number += len(own)
+    return found
+
+
+def _home(claim: Claim, sections: Mapping[str, Mapping[str, Any]]) -> str:
+    """The section that has the first figure of a claim, or whose number the claim begins with."""
+    for title, parts in sections.items():
+        if claim.figures and claim.figures.split()[0] in map(str, parts["figures"]):
+            return title
+    for title in sections:
+        if claim.claim.split()[0] == title.split()[0]:
+            return title
+    raise ValueError(f"in no section: the claim {claim.claim!r}")
+
+
+def _figure(number: object, figure: Mapping[str, Any]) -> Picture:
+    picture = Path(figure["picture"])
+    return Picture(
+        name=f"Fig. {number}",
+        title=figure["title"],
+        paper=figure["paper"],
+        picture=picture,
+        file=picture,
+        data=Path(figure["data"]),
+        sentences=_paragraphs(figure["caption"]),
+    )
+
+
+def _film(film: Mapping[str, Any]) -> Picture:
+    return Picture(
+        name="Film",
+        title=film["title"],
+        paper="",
+        picture=Path(film["picture"]),
+        file=Path(film["file"]),
+        data=None,
+        sentences=_paragraphs(film["caption"]),
+    )
+
+
+def _paragraphs(caption: str | Path) -> list[str]:
+    parts = Path(caption).read_text(encoding="utf-8").split("\n\n")
+    return [" ".join(part.split()) for part in parts]
+
+
+def _seconds(path: str | Path) -> float:
+    """Wall time of a job, from the file of what Snakemake has measured of it [s]."""
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        (row,) = csv.DictReader(file, delimiter="\t")
+    return float(row["s"])
