@@ -214,6 +214,7 @@ def solved(folder: Path, **sections: Any) -> tuple[Plan, xr.Dataset]:
     return plan, xr.load_dataset(folder / "study.nc")
 
 
+@pytest.mark.slow
 def test_a_member_of_a_study_has_its_own_scene(tmp_path: Path, axes: Axes) -> None:
     sections = {
         "replace": {"material.nu": 0.2},
@@ -238,6 +239,7 @@ def test_a_member_of_a_study_has_its_own_scene(tmp_path: Path, axes: Axes) -> No
             _ = member.drop_vars(name).cfmpm.scene
 
 
+@pytest.mark.slow
 def test_what_was_drawn_at_random_stands_in_the_dataset(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -269,6 +269,7 @@ GROWTH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("growth", [{}, GROWTH])
 def test_a_run_loads_only_what_the_scene_needs(growth):
     program = (

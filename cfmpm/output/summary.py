@@ -37,6 +37,8 @@ _OF_TIPS = (
 _TIPS_ABREAST = 2
 # The row of G of the kink is omitted if it differs from G by less than this relative difference.
 STRAIGHT = 1e-3
+# The plastic part of J relative to J: what sums over points of an elastic body leave is below it.
+ROUND_OFF = 1e-12
 
 
 def of_run(result: Result, written: Sequence[Path]) -> str:
@@ -98,7 +100,8 @@ def _path_of_load(whole: xr.Dataset, last: xr.Dataset) -> list[tuple[str, str]]:
     steps = float(last["substeps"])
     if not steps > 0.0:
         effect, in_J = (
-            float(abs(whole[name]).max()) for name in ("finite_effect", "finite_effect_J")
+            float(np.fmax.reduce(np.abs(whole[name].values), axis=None, initial=np.nan))
+            for name in ("finite_effect", "finite_effect_J")  # that of J is of tips, if any
         )
         said = f"finite deformation would change the energy by a fraction of about {effect:.1e}"
         if np.isfinite(in_J):
@@ -221,6 +224,9 @@ def _tip_table(history: xr.Dataset, tips: Sequence[str]) -> str:
             at[f"{name}_spread"].values if f"{name}_spread" in at else np.full(len(tips), np.nan)
         )
         form = ".3f" if unit == "deg" else "#.6g"
+        if name == "J_plastic":
+            none = np.abs(values) <= ROUND_OFF * np.abs(at["J"].values)
+            values = np.where(none, 0.0, values)
         cells = [_with_spread(v, s, form) for v, s in zip(values, spread, strict=True)]
         rows.append([f"{called} [{unit}]" if unit else called, *cells])
         if name == "J" and np.isfinite(at["K_I"]).any():

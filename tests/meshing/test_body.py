@@ -319,6 +319,7 @@ def test_the_body_is_made_the_same_few_times_for_any_number_of_tips(monkeypatch)
         assert len(made) == 2
 
 
+@pytest.mark.slow
 def test_the_same_scene_gives_the_same_arrays():
     code = (
         "import sys, hashlib; sys.path.insert(0, sys.argv[1]);"

@@ -143,6 +143,7 @@ def test_meshing_is_silent(capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_does_not_end_the_process():
     code = (
         "import os\n"

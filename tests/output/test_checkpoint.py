@@ -142,6 +142,7 @@ def test_the_end_is_that_of_a_run_in_one_go(tmp_path: Path, variant: str, steps:
     np.testing.assert_array_equal(whole.points.element, resumed.points.element)
 
 
+@pytest.mark.slow
 def test_what_is_kept_does_not_depend_on_when(tmp_path: Path) -> None:
     """A checkpoint of a resumed run is that of the first run."""
     scene = scene_from_dict(SCENE)
@@ -238,6 +239,7 @@ def test_a_half_written_checkpoint_leaves_the_last_one(
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 def test_writing_takes_a_stated_part_of_the_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

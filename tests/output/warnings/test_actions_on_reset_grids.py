@@ -6,7 +6,10 @@ import re
 from typing import Any
 
 import numpy as np
+import pytest
 from warned import gone, number_behind, solved, the_warning
+
+pytestmark = pytest.mark.slow
 
 
 def pulled(by: float, steps: int, **updated: Any) -> dict[str, Any]:

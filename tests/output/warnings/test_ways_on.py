@@ -14,6 +14,8 @@ from cfmpm.output.warnings.of_scene import ways_on
 from cfmpm.scene import scene_from_dict
 from cfmpm.state import Result
 
+pytestmark = pytest.mark.slow
+
 
 def ended(scene: dict[str, Any]) -> tuple[Result, str]:
     """The result of a run, and what is suggested after it."""
@@ -75,7 +77,6 @@ def test_a_grid_that_is_not_reset() -> None:
     assert solved(total)
 
 
-@pytest.mark.slow
 def test_elements_that_tolerate_larger_stretches_behind_a_growing_tip() -> None:
     scene = PLATE | {
         "material": PLATE["material"] | {"g_c": 768.0},
