@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -154,7 +155,8 @@ def solve(
             f"{failure}. Finite deformation was chosen by kinematics: auto; kinematics: small does "
             "without it, and warns of what it neglects"
         ) from failure
-    over = at_largest / largest
+    # By the load factor, which `effect_scale` gives back; under fixed loads of the largest load.
+    over = at_largest / largest if proportional else 1.0
     return replace(found, finite_effect=energy * over, finite_effect_J=tuple(j * over for j in J))
 
 
@@ -213,6 +215,18 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
     return cf.finite_nodal_force(body.grid, work, gradients, np.zeros(2))
 
 
+def effect_scale(body: Body, balance: Equilibrium) -> float:
+    """Factor on the estimated effects of finite deformation at the load factor of a state.
+
+    They are estimated at each load at small strain. Before a run at finite deformation they are
+    estimated once: by a load factor of one, or at the largest load where some loads are fixed. Of a
+    reversed load, under which open faces close, there is none.
+    """
+    if not balance.finite or not body.loading.is_proportional:
+        return 1.0
+    return balance.load_factor if balance.load_factor >= 0.0 else math.nan
+
+
 def _may_be_finite(scene: Scene) -> bool:
     """Whether the kinematics of a scene may turn out to be finite deformation."""
     return scene.kinematics == "auto" and scene.plane == "strain" and scene.growth is None
@@ -243,7 +257,10 @@ def _solve_small(
     if not (body.grid.tips and finite_effect.may_be_felt(body, balance, *sizes)):
         return balance
     with clock("fracture"):
-        J = finite_effect.on_j(body, problem, balance, tangent)
+        try:
+            J = finite_effect.on_j(body, problem, balance, tangent)
+        except SolveError:  # of an estimate: the solution is there without it
+            J = np.full(len(body.tip_domains), np.nan)
     return replace(balance, finite_effect_J=tuple(J.tolist()))
 
 

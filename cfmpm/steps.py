@@ -147,7 +147,7 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
         tips = evaluate_tips(*seen, nodal, plastic, direction, stationary=scene.growth is None)
         tips |= reference.compare(body, at.gradients, balance)
         if balance.finite_effect_J:
-            scale = balance.load_factor if balance.finite else 1.0
+            scale = mechanics.effect_scale(body, balance)
             tips["finite_effect_J"] = scale * np.array(balance.finite_effect_J)
         if balance.parts is not None and body.grid.tips:
             by_factor = TipsByFactor.of(body, at.gradients, balance.parts, direction)

@@ -85,7 +85,10 @@ class TestAuto:
         assert text.endswith("A smaller load keeps K: at this one small strain is no approximation")
         assert np.isfinite(cfmpm.run(pulled(30)).history.K_I.values).all()
         size = "a strain energy that is 2 % and a J that is 4 % off"
-        assert size in of_history._way_to_k(0.02, 0.04)
+        assert size in of_history._way_to_k(0.02, 0.04, backwards=False)
+        alone = of_history._way_to_k(0.02, np.nan, backwards=False)
+        assert alone.endswith("a strain energy that is 2 % off at the largest load (finite_effect)")
+        assert "sense of the load alone" in of_history._way_to_k(0.02, 0.04, backwards=True)
         advised = cfmpm.run(pulled(300, kinematics="small")).history
         assert np.isfinite(advised.K_I.values).all()
         asked = cfmpm.run(pulled(3000, kinematics="finite")).history

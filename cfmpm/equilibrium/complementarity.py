@@ -159,7 +159,10 @@ class Flexibility:
             wrong = np.where(closed, force < 0.0, gap + yielded + parting @ moved < -slack)
             if not wrong.any():
                 # Parts that have gone so far that they only touch do not press.
-                return force * bool(np.abs(yielded).max() > slack), moved
+                beside = parting.any(axis=1)
+                if np.abs(yielded[beside]).max() <= slack:
+                    force[beside] = 0.0
+                return force, moved
             closed ^= wrong
         return None
 

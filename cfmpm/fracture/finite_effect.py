@@ -13,7 +13,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.fracture import cf
 from cfmpm.fracture.evaluation import evaluate_tips, j_of_tips
-from cfmpm.kernels import finite
+from cfmpm.kernels import departure
 from cfmpm.linear.solvers import Factor
 
 # Energy over modulus times displacement squared below which it is round-off of a rigid motion.
@@ -60,7 +60,7 @@ def on_energy(
     nothing = np.zeros((len(points), materials.n_internal))
     factor = scale
     while True:
-        work, linear, size = finite.departure(
+        work, linear, size = departure.departure(
             points.volume,
             points.material,
             materials.law,
@@ -93,7 +93,7 @@ def may_be_felt(body: Body, balance: Equilibrium, energy: float, gradient: float
     times the square of the diagonal of the body over its area. At tips that are almost closed J is
     small, and changes by more.
     """
-    slenderness = np.square(np.ptp(body.grid.nodes, axis=0)).sum() / body.integration.volume.sum()
+    slenderness = body.grid.diagonal**2 / body.integration.volume.sum()
     limit = FELT_BY_CLOSED if balance.contact_pairs else FELT
     return bool(energy > FELT_ENERGY or slenderness * gradient > limit)
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from cfmpm.body.body import Body
 from cfmpm.body.materials import LOCKING
 from cfmpm.body.tip_domains import FILL
@@ -152,7 +154,7 @@ def _why_finite(scene: Scene, balance: Equilibrium) -> str:
     largest = max(map(abs, load_levels(scene)))
     effects = {
         "the strain energy": (balance.finite_effect, "finite_effect"),
-        "J": (max(balance.finite_effect_J, key=abs, default=0.0), "finite_effect_J"),
+        "J": (max(np.nan_to_num(balance.finite_effect_J), key=abs, default=0.0), "finite_effect_J"),
     }
     said = [
         f"{what} {by_about(largest * effect, name)}"

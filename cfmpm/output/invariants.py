@@ -38,17 +38,22 @@ def force_imbalance(body: Body, balance: Equilibrium) -> float:
     float
         Resultant of the loads and of what their supports exert, at small strain also its moment
         over the size of the body, over the largest force at a loaded part. What the program holds
-        rigid motions by is not among them: a force there shows here. At finite deformation a hold
-        of a rotation, which a warning tells (`mechanics.leans`), is one force of a couple, whose
-        other one is that of a support or of another hold. nan where the grid is reset, as springs
-        carry loads there.
+        rigid motions by is not among them: a force there shows here. At finite deformation they
+        are where a rotation is held, which a warning tells (`mechanics.leans`): by a couple, whose
+        forces are those of a hold and of a support or another hold. nan where the grid is reset,
+        as springs carry loads there.
     """
     if body.motion is not None:
         return math.nan
     loading = body.loading
     applied = loading.at(balance.load_factor)
     held = balance.internal_force - applied.force - balance.contact_force
-    reaction = np.where(loading.supported, held, 0.0)
+    supported = loading.supported
+    if balance.finite and loading.holds.turning.size:
+        supported = supported.copy()
+        # A moment is held by the forces of a couple, at two of them.
+        supported[tuple(loading.holds.places.T)] = True
+    reaction = np.where(supported, held, 0.0)
     acting = applied.force + reaction
     parts = [np.abs(applied.own_weight).sum(axis=0)]
     parts += [
@@ -61,12 +66,7 @@ def force_imbalance(body: Body, balance: Equilibrium) -> float:
     scale = max(largest, FELT * float(body.materials.elastic.max()) * moved)
     along_x, along_y = np.ascontiguousarray(acting.T)
     resultant = math.hypot(along_x.sum(), along_y.sum())
-    if balance.finite:
-        turning = np.zeros_like(held)
-        turning[tuple(loading.holds.turning.T)] = held[tuple(loading.holds.turning.T)]
-        beside, against = acting.sum(axis=0), (acting + turning).sum(axis=0)
-        resultant = float(np.hypot(*np.minimum(np.abs(beside), np.abs(against))))
-    else:
+    if not balance.finite:
         x, y = np.ascontiguousarray(body.grid.nodes.T)
         moment = abs(float(((x - x.mean()) * along_y - (y - y.mean()) * along_x).sum()))
         resultant = max(resultant, moment / body.grid.diagonal)

@@ -18,6 +18,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.fracture.relieved import relieved_nodes
+from cfmpm.mechanics import effect_scale
 from cfmpm.output import choices, invariants, variables
 from cfmpm.output.external_work import conjugates, released, work_after
 from cfmpm.output.history import StepRecord, build_history
@@ -342,7 +343,7 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "newton_iterations": balance.newton_iterations,
         "substeps": balance.substeps,
         "unstable_points": balance.unstable_points,
-        "finite_effect": balance.finite_effect * (abs(factor) if balance.finite else 1.0),
+        "finite_effect": balance.finite_effect * abs(effect_scale(body, balance)),
         "residual_norm": balance.residual_norm,
         "force_imbalance": invariants.force_imbalance(body, balance),
         "free_parts": len(loading.holds.free_parts),

@@ -163,12 +163,26 @@ def test_no_closed_pairs_determine_no_motion() -> None:
 
 def test_parts_that_only_touch_do_not_press() -> None:
     """Overlaps within the slack are no reason for a force on a part that has been moved."""
-    pairs = complementarity.Flexibility(csc_array(eye_array(3)), Flexibility(np.eye(3)))
-    parting = np.array([[1.0], [-1.0], [1.0]])
-    gap, closed = np.array([-1e-14, -1e-14, 1.0]), np.array([True, True, False])
+    pairs = complementarity.Flexibility(csc_array(eye_array(4)), Flexibility(np.eye(4)))
+    # The last pair is one of a crack away from the part.
+    parting = np.array([[1.0], [-1.0], [1.0], [0.0]])
+    gap, closed = np.array([-1e-14, -1e-14, 1.0, -1e-3]), np.array([True, True, False, True])
     found = pairs.force_beside_motions(gap, 1e-12, parting, closed)
     assert found is not None
-    assert not found[0].any()
+    assert not found[0][:3].any()
+    assert found[0][3] == 1e-3
     far = pairs.force_beside_motions(1e3 * gap, 1e-12, parting, closed)
     assert far is not None
-    assert far[0].max() == pytest.approx(1e-11, rel=1e-9)
+    assert far[0][:3].max() == pytest.approx(1e-11, rel=1e-9)
+
+
+def test_a_motion_that_no_closed_pair_determines_is_left_alone() -> None:
+    pairs = complementarity.Flexibility(csc_array(eye_array(3)), Flexibility(np.eye(3)))
+    # Sliding along the faces, up to round-off.
+    parting = np.array([[1.0, 1e-14], [-1.0, 3e-14], [1.0, 1.0]])
+    gap, closed = np.array([-2e-3, -1e-3, 1.0]), np.array([True, True, False])
+    found = pairs.force_beside_motions(gap, 1e-12, parting, closed)
+    assert found is not None
+    force, moved = found
+    np.testing.assert_allclose(force, [1.5e-3, 1.5e-3, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(moved, [0.5e-3, 0.0], atol=1e-12)

@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 
 from cfmpm import simulation, steps
 from cfmpm.equilibrium.newton import RESIDUAL
+from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.output.checkpoint import Start, read_checkpoint
 from cfmpm.output.fields import build_fields
 from cfmpm.output.record import Record
@@ -135,6 +136,17 @@ def test_critical_load_factor(sheared: float) -> None:
     for step in (0.5, 2.0):  # whatever the load at which it is asked
         again = run(scene(1.0) | {"load_steps": [step]}, FIXED).history
         assert float(again.critical_load_factor[0, 0]) == pytest.approx(factor, rel=1e-12)
+
+
+def test_auto_judges_the_largest_load_beside_fixed_ones() -> None:
+    """The estimate is that of the largest load in each step: fixed loads do not scale with it."""
+    little = run(plate(kinematics="auto", load_steps=[0.1]), FIXED).history
+    assert float(little.finite_effect[0]) < NEGLIGIBLE
+    assert not little.substeps.any()
+    much = run(plate(kinematics="auto", load_steps=[0.1, 60.0]), FIXED).history
+    assert (much.substeps.values > 0).all()
+    assert much.finite_effect[0] == much.finite_effect[1] > NEGLIGIBLE
+    np.testing.assert_array_equal(much.finite_effect_J[0], much.finite_effect_J[1])
 
 
 @pytest.mark.parametrize(("fixed", "g_c"), [(-1.0, 1e-4), (20.0, 1e-2)], ids=["driven", "pressed"])

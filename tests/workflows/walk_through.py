@@ -37,6 +37,10 @@ def walk_through_overview(browser: Browser, page: Path) -> None:
     heads = "[...document.querySelectorAll('#verdict h3')]"
     assert browser.value(f"{heads}.length") == 4
     assert browser.value(f"{heads}.every(one => one.getBoundingClientRect().bottom < innerHeight)")
+    assert browser.value(
+        "(([contents, first]) => contents.right < first.left)"
+        "(['nav', '#verdict'].map(one => document.querySelector(one).getBoundingClientRect()))"
+    ), "the contents lie on the first screen's text"
     links = browser.value(
         "[...document.querySelectorAll('a')].map(one => one.getAttribute('href'))"
     )

@@ -59,7 +59,7 @@ def write_overview(
     first = _first_screen([claim for section in found for claim in section.claims])
     folder = Path(page).parent
     whole = "".join(_section(section, folder) for section in found)
-    body = f"{_contents(found)}<main>\n{_citation()}{first}{whole}</main>\n"
+    body = f"<main>\n{_citation()}{first}{_contents(found)}{whole}</main>\n"
     write_text(html_page(TITLE, body, STYLE + BESIDE), page)
     claims = "".join(
         f"<h2>{html.escape(section.title)}</h2>\n{_claims(section.claims)}"

@@ -7,8 +7,9 @@ h2 { border-bottom: 2px solid #ddd; padding-bottom: 0.2em; margin-top: 1.8em; }
 h3 { margin: 0.8em 0 0.3em; }
 a { color: #00578a; }
 nav { font-size: 13px; }
+nav > ul { columns: 16em; }
 nav ul { list-style: none; margin: 0; padding: 0; }
-nav li { margin: 0.3em 0; }
+nav li { margin: 0.3em 0; break-inside: avoid; }
 nav li ul { padding-left: 1em; }
 nav a { text-decoration: none; }
 nav a:hover { text-decoration: underline; }
@@ -37,8 +38,10 @@ tr:target td { background: #fff7d6; }
 """
 # With the contents beside all else, where there is room.
 BESIDE = """
-@media (min-width: 1250px) {
-  nav { position: fixed; top: 0; bottom: 0; width: 250px; overflow: auto; padding: 1em 0; }
-  h1, main { margin-left: 280px; }
+@media (min-width: 1150px) {
+  nav { position: fixed; top: 0; bottom: 0; left: max(1.5em, 50vw - 750px); width: 230px; }
+  nav { overflow: auto; padding: 1em 0; }
+  nav > ul { columns: auto; }
+  h1, main { margin-left: 255px; }
 }
 """

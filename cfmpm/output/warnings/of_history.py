@@ -81,24 +81,36 @@ def doubts_of_kinematics(history: xr.Dataset, scene: Scene, *, finite: bool) -> 
     if scene.kinematics != "auto":
         return []
     lost = np.isnan(history["K_I"].values) & ~np.isnan(history["J"].values)
-    in_J = np.abs(np.nan_to_num(history["finite_effect_J"].values)).max(axis=0, initial=0.0)
+    in_J = np.fmax.reduce(np.abs(history["finite_effect_J"].values), axis=0)
+    backwards = bool((history["load_factor"].values < 0.0).any())
     return [
         f"{name}: {in_steps(lost[:, i])} no K_I, K_II and T at finite "
         "deformation, which kinematics: auto chose, since strain around the tip is not small, or "
         "its faces are in contact or bend within the domain; G is J. "
-        + _way_to_k(np.nanmax(effect), in_J[i])
+        + _way_to_k(np.nanmax(effect), in_J[i], backwards=backwards)
         for i, name in enumerate(history["tip"].values)
         if lost[:, i].any()
     ]
 
 
-def _way_to_k(effect: float, in_J: float) -> str:
-    """How to have K by small strain, if that is near enough to be of use."""
-    if max(effect, in_J) > FIRST_ORDER:
+def _way_to_k(effect: float, in_J: float, *, backwards: bool) -> str:
+    """How to have K by small strain, if that is near enough to be of use.
+
+    Parameters
+    ----------
+    effect, in_J : float
+        Largest effects of finite deformation on the energy and on J; nan where it is unknown.
+    backwards : bool
+        Whether a load factor is negative, which small strain does not take.
+    """
+    if np.fmax(effect, in_J) > FIRST_ORDER:
         return "A smaller load keeps K: at this one small strain is no approximation"
+    if backwards:
+        return "kinematics: small gives K for each sense of the load alone, in a run of its own"
+    of_J, name = ("", "") if np.isnan(in_J) else (f" and a J that is {100 * in_J:.2g} %", "_J")
     return (
-        f"kinematics: small gives K, with a strain energy that is {100 * effect:.2g} % and a J "
-        f"that is {100 * in_J:.2g} % off at the largest load (finite_effect, finite_effect_J)"
+        f"kinematics: small gives K, with a strain energy that is {100 * effect:.2g} %{of_J} off "
+        f"at the largest load (finite_effect{', finite_effect' + name if name else ''})"
     )
 
 
