@@ -89,7 +89,10 @@ class Region(Model):
 
 
 class Crack(Model):
-    """A crack; an end inside the body is a crack tip, an end on an edge or a hole a crack mouth."""
+    """A crack; an end inside the body is a crack tip, an end on an edge or a hole a crack mouth.
+
+    Cracks that cross or touch each other, or cut the body in two, are refused.
+    """
 
     name: Name | None = Field(None, description="name of the crack; default crack_1, crack_2 ...")
     points: list[Point] = Field(min_length=2, description="corners of the crack line [mm]")
