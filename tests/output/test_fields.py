@@ -248,6 +248,7 @@ def test_faces_and_points_of_linear_triangles_feel_the_same(nu: float) -> None:
         np.testing.assert_allclose(on_faces, of_points, rtol=0, atol=1e-12 * on_faces.max())
 
 
+@pytest.mark.slow
 def test_fields_of_a_severed_body_are_those_of_its_last_balance() -> None:
     result = run(scene_from_dict(growing(increments=200)))
     history, fields = result.history, build_fields(result)

@@ -43,6 +43,7 @@ def test_the_table_lists_the_files(kept: tuple[Path, Result]) -> None:
     assert sorted(folder.iterdir()) == sorted([*files, folder / INDEX])
 
 
+@pytest.mark.slow
 def test_the_last_state_is_kept_too_and_once(tmp_path: Path) -> None:
     scene = scene_from_dict(growing())
     for every, steps in ((3, [1, 4, 5]), (2, [1, 3, 5])):
@@ -131,6 +132,7 @@ def test_a_new_run_takes_the_old_files_away(tmp_path: Path, every: int | None) -
     assert [path.name for path in tmp_path.iterdir()] == ["fields_mine.nc"]
 
 
+@pytest.mark.slow
 def test_a_resumed_run_keeps_what_was_done(tmp_path: Path) -> None:
     run(scene_from_dict(growing()), observe=FieldsByStep(tmp_path, 1).observe)
     before = xr.load_dataset(tmp_path / INDEX)

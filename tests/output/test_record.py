@@ -113,6 +113,7 @@ def test_kind_of_growth_is_that_of_the_path(grown: xr.Dataset) -> None:
     assert {"undefined", "snap_back"} <= {STABILITY[flag] for flag in expected}
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_at_a_point_keeps_its_kinds_of_growth() -> None:
     """The last position of the crack has no equilibrium, and therefore no load and force."""
     geometry = plate([])["geometry"]
@@ -195,6 +196,7 @@ def test_only_what_arrives_in_the_last_step_has_cut_the_body(grown: xr.Dataset) 
     assert np.isfinite(grown.K_I.values[:jump, 0]).all()
 
 
+@pytest.mark.slow
 def test_a_crack_that_arrived_before_is_not_said_to_have_cut_off_a_part() -> None:
     """The left crack arrived at the hole many steps before the right one leaves the body."""
     scene = plate(LOADS["traction"], growth={"control": "crack"})

@@ -26,6 +26,7 @@ def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_a_result_is_written_as_by_the_command(result: Result, tmp_path: Path) -> None:
     written = result.write(tmp_path / "python")
     (tmp_path / "scene.yaml").write_text(str(growing() | {"output": {"fields": True}}))
@@ -43,6 +44,7 @@ def test_a_result_is_written_as_by_the_command(result: Result, tmp_path: Path) -
         assert one.attrs["config_hash"] == other.attrs["config_hash"]
 
 
+@pytest.mark.slow
 def test_a_result_does_not_take_the_place_of_a_run_that_could_go_on(
     result: Result, tmp_path: Path
 ) -> None:

@@ -226,6 +226,7 @@ def test_first_step_on_a_fixed_grid_under_dead_load() -> None:
     compare(run(scene, "fixed"), run(scene), 1e-5)
 
 
+@pytest.mark.slow
 def test_paper_mode_loses_its_stiffness_and_says_so() -> None:
     """Result of the design study: the material is stable, but points leave their triangles."""
     scene = {**PLATE, "load_steps": list(np.arange(0.15, 3.01, 0.15))}
