@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+# A shell in the background has its processes ignore Ctrl-C, and these theirs: what tests of
+# interrupts send would be lost, and they would wait for it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Groups of tests (CONTRIBUTING.md): by folder, but for tests that take more than a few seconds.
 PHYSICS, WORKFLOWS = ("verification",), ("workflows", "study", "cli", "plotting")
