@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, settings
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Groups of tests (CONTRIBUTING.md): by folder, but for tests that take more than a few seconds.
+# Groups of tests (CONTRIBUTING.md): by folder, but for those that are slow.
 PHYSICS, WORKFLOWS = ("verification",), ("workflows", "study", "cli", "plotting")
 
 # A busy machine is no fault of the code: no limit on time, neither on an example nor on drawing it.
