@@ -107,7 +107,9 @@ def _from_rest(frames: Sequence[Path | xr.Dataset], stress: str) -> Iterator[xr.
     """The frames, and before the first step the body as it is without load."""
     for k, fields in enumerate(_opened(frames)):
         if k == 0 and fields["time"].values[-1] == 1:
-            still = fields.assign({name: 0.0 * fields[name] for name in ("u_x", "u_y", stress)})
+            still = fields.assign(
+                {name: xr.zeros_like(fields[name]) for name in ("u_x", "u_y", stress)}
+            )
             yield still.assign_coords(time=[0], load_factor=("time", [0.0]))
         yield fields
 

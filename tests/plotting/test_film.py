@@ -143,7 +143,12 @@ def test_axes_and_colours_stay_where_they_are(
     # Displacements of another size, stress beyond the colours at one end, at both and at none.
     animate_growth(
         [
-            fields.assign({k: scale * fields[k] for k in ("u_x", "u_y", "von_mises")})
+            fields.assign(
+                {
+                    k: fields[k].copy(data=scale * fields[k].values)
+                    for k in ("u_x", "u_y", "von_mises")
+                }
+            )
             for scale in (0.02, 1.0, 3.0)
         ],
         tmp_path / "film.gif",
