@@ -114,16 +114,21 @@ def test_block_pivoting_solves_any_definite_problem(patience, seed, n):
     assert np.abs(opening[force > 0]).max(initial=0.0) < 1e-9 * np.linalg.cond(K)
 
 
+def beside_a_part(seed: int):
+    """Pairs of a body with a free part: themselves, flexibility, openings by motions, gaps."""
+    rng = np.random.default_rng(seed)
+    n, motions = 40, 3
+    part = rng.normal(size=(n, n)) / np.sqrt(n)
+    flexibility = part @ part.T + 0.1 * np.eye(n)
+    parting, gap = rng.normal(size=(n, motions)), rng.normal(size=n)
+    pairs = complementarity.Flexibility(csc_array(eye_array(n)), Flexibility(flexibility))
+    return pairs, flexibility, parting, gap
+
+
 @pytest.mark.parametrize("soft", [1e4, 1e9])
 def test_soft_springs_are_no_reason_to_overlap(soft: float) -> None:
     """What they yield to is a difference of large numbers, which is not taken for an overlap."""
-    rng = np.random.default_rng(3)
-    n, m = 40, 3
-    part = rng.normal(size=(n, n)) / np.sqrt(n)
-    flexibility = part @ part.T + 0.1 * np.eye(n)
-    parting, gap = rng.normal(size=(n, m)), rng.normal(size=n)
-    body = Flexibility(flexibility)
-    pairs = complementarity.Flexibility(csc_array(eye_array(n)), body)
+    pairs, flexibility, parting, gap = beside_a_part(seed=3)
     springs = np.sqrt(soft) * parting
     force = pairs.complementary_force(gap, 1e-12, springs)
     # Open pairs that touch just so, as behind a part that has moved.
@@ -135,13 +140,7 @@ def test_soft_springs_are_no_reason_to_overlap(soft: float) -> None:
 
 def test_motions_that_nothing_resists_are_found_with_the_forces() -> None:
     """No resultant on a motion, no overlap, no tension, no force on an open pair."""
-    rng = np.random.default_rng(5)
-    n, m = 40, 3
-    part = rng.normal(size=(n, n)) / np.sqrt(n)
-    flexibility = part @ part.T + 0.1 * np.eye(n)
-    parting, gap = rng.normal(size=(n, m)), rng.normal(size=n)
-    body = Flexibility(flexibility)
-    pairs = complementarity.Flexibility(csc_array(eye_array(n)), body)
+    pairs, flexibility, parting, gap = beside_a_part(seed=5)
     soft = pairs.complementary_force(gap, 1e-12, 1e2 * parting)
     found = pairs.force_beside_motions(gap, 1e-12, parting, soft > 0.0)
     assert found is not None

@@ -336,7 +336,8 @@ def test_mistakes_that_differ_in_their_numbers_are_told_once(tmp_path: Path) -> 
     """Example: a distribution with values below zero."""
     told, _ = refused(tmp_path, STUDY.replace("[2, 4]", "[2, -3, -4.5e-3]"))
     assert told.key == "in 4 members, such as length=-3, E=100000: family.crack_length"
-    assert told.reason.endswith("got -3")
+    # pydantic before 2.12 tells the number as it was converted.
+    assert told.reason.endswith(("got -3", "got -3.0"))
 
 
 def test_what_is_wrong_in_the_base_keeps_its_place_there(tmp_path: Path) -> None:

@@ -118,7 +118,9 @@ product:
     with pytest.raises(SceneError) as caught:
         load_study(write_study(tmp_path, text))
     base = tmp_path / "small.yaml"
-    assert [(p.line, p.key, p.reason) for p in caught.value.problems] == [
+    # pydantic before 2.12 tells the number as it was converted.
+    told = [(p.line, p.key, p.reason.replace("got -2.0", "got -2")) for p in caught.value.problems]
+    assert told == [
         (
             7,
             "in 4 members, such as length=2, E=1, law=hencky, size=300: mesh.size",

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import round_off
@@ -14,8 +11,6 @@ import cfmpm
 from cfmpm.scene.reading import scene_from_dict
 
 pytest.importorskip("skfem")
-# The workflow is no installed package: it is used from its checkout.
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from workflows.reference.plate_fem import Plate, assemble
 
 E, NU = 210e3, 0.3

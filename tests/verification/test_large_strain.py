@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,8 +17,6 @@ from cfmpm.fracture import cf
 from cfmpm.scene.reading import scene_from_dict
 
 pytest.importorskip("skfem")
-# The workflow is no installed package: it is used from its checkout.
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from workflows.reference import total_lagrangian as fem
 
 TABLE = Path(fem.__file__).parents[1] / "large_strain_fem.csv"

@@ -11,8 +11,6 @@ from matplotlib.figure import Figure
 from units_on_axes import require_units
 
 ROOT = Path(__file__).resolve().parents[2]
-# The workflow is no installed package: it is used from its checkout.
-sys.path.insert(0, str(ROOT))
 
 for name in ("skfem", "snakemake"):
     pytest.importorskip(name)

@@ -94,7 +94,8 @@ def test_elements_that_tolerate_larger_stretches_behind_a_growing_tip() -> None:
         other, _ = ended(scene | {"mesh": {"size": 6, **mesh}})
         assert other.history.attrs["run_status"] in ("arrived", "increments")
         x = other.history["tip_x"].values[:, 0]
-        assert np.nanmax(x) - x[0] > 2.0 * grown
+        # By 1.8 to 3 times on the grids of several versions of gmsh.
+        assert np.nanmax(x) - x[0] > 1.5 * grown
 
 
 def test_less_load_where_a_body_buckles() -> None:
