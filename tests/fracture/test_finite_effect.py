@@ -16,8 +16,10 @@ from cfmpm.build import build
 from cfmpm.equilibrium import newton, small_strain
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.equilibrium.problem import BoundaryValueProblem
-from cfmpm.fracture import finite_effect
+from cfmpm.fracture import cf, finite_effect
+from cfmpm.fracture.evaluation import evaluate_tips
 from cfmpm.scene import scene_from_dict
+from cfmpm.scene.families import expand
 
 
 def plate(law: str = "hencky", nu: float = 0.3, element: str = "T3") -> dict[str, Any]:
@@ -90,3 +92,58 @@ def test_where_j_may_change() -> None:
         assert finite_effect.may_be_felt(body, state, 0.0, 1.01 * limit)
         assert not finite_effect.may_be_felt(body, state, 0.99 * finite_effect.FELT_ENERGY, 0.0)
         assert finite_effect.may_be_felt(body, state, 1.01 * finite_effect.FELT_ENERGY, 0.0)
+
+
+def on_j_of(scene: dict[str, Any]) -> tuple[Any, Equilibrium, Any]:
+    """Body, equilibrium at small strain, and the effect on J of a scene."""
+    body, gradients = mechanics.locate(build(expand(scene_from_dict(scene))))
+    problem = mechanics.problem_of(body, gradients)
+    stiffness = small_strain.assemble_stiffness(problem)
+    factor = small_strain.factored(problem, stiffness)
+    balance = small_strain.solve_linear(problem, stiffness, 1.0, factor)
+    nodal = cf.nodal_force(body.grid, balance.points, gradients, np.zeros(2))
+    tips = evaluate_tips(body, gradients, balance, nodal)
+    return tips, balance, finite_effect.on_j(body, problem, balance, factor)
+
+
+def test_a_tip_that_is_pressed_shut_has_no_j_to_compare_with() -> None:
+    """J of a bend that closes the crack is an error of contact: below G_floor."""
+    larger = []
+    for size in (1, 2, 4):
+        tips, balance, effect = on_j_of(
+            {
+                "name": "shut",
+                "family": {
+                    "kind": "three_point_bend",
+                    "length": 100,
+                    "height": 20,
+                    "span": 80,
+                    "crack_length": 4,
+                    "force": -100,
+                },
+                "material": {"E": 1e4, "nu": 0.3},
+                "kinematics": "small",
+                "mesh": {"element": "T3", "size": size},
+            }
+        )
+        assert balance.contact_pairs
+        energy = balance.points.energy @ balance.points.volume
+        # The crack is 4 mm long, which is the clearance.
+        larger.append(finite_effect.NO_J * energy / 4.0 < tips["J"][0] < tips["G_floor"][0])
+        assert np.isnan(effect).all()
+    assert any(larger)
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_a_crack_along_the_load_has_no_j_to_compare_with(element: str) -> None:
+    """Its J is round-off, of either sign: of several tips some are above zero."""
+    pulled = plate(element=element)
+    pulled["geometry"]["cracks"] = [{"points": [[x, 20], [x, 40]]} for x in (8, 16, 24, 32)]
+    pulled["loads"] = [
+        {"edge": "bottom", "traction": [0, -10]},
+        {"edge": "top", "traction": [0, 10]},
+    ]
+    tips, balance, effect = on_j_of(pulled)
+    assert not balance.contact_pairs
+    assert np.abs(tips["J"]).max() < 1e-12
+    assert np.isnan(effect).all()
