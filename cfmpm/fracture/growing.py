@@ -90,8 +90,7 @@ def release(
         fracture_energy=body.grown.fracture_energy + spent,
     )
     cracks = LastCracks(mesh, grown)
-    met = _point_met(mesh, steps)
-    if met:
+    if met := _point_met(mesh, steps):
         raise RunEnded("met_point", met, cracks=cracks)
     try:
         loads = body.loading.fixed_names
