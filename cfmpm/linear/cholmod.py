@@ -10,17 +10,17 @@ from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array
-from threadpoolctl import ThreadpoolController
 
 from cfmpm.linear.engine import TOLERANCE, Floats, NotPositiveDefiniteError
+from cfmpm.threads import limit_blas_of
 
 
 class Cholmod:
     """CHOLMOD's supernodal Cholesky factor, as bundled in kvxopt's wheels.
 
     kvxopt requires the lower triangle by columns. For a symmetric matrix these are the entries on
-    and right of the diagonal by rows, in the order of the CSR arrays. Its wheel links CHOLMOD to a
-    serial BLAS, so that the result does not depend on threads.
+    and right of the diagonal by rows, in the order of the CSR arrays. Its BLAS is held at one
+    thread, so that the result does not depend on their number.
     """
 
     direct: ClassVar[bool] = True
@@ -62,7 +62,5 @@ class Cholmod:
 def _library() -> tuple[ModuleType, ModuleType]:
     """Import kvxopt; its BLAS is loaded with it, after the threads of a run were limited."""
     modules = import_module("kvxopt.base"), import_module("kvxopt.cholmod")
-    for library in ThreadpoolController().lib_controllers:
-        if "kvxopt" in library.filepath:
-            library.set_num_threads(1)
+    limit_blas_of("kvxopt")
     return modules
