@@ -7,8 +7,6 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from cfmpm import mechanics
 from cfmpm.body.body import Body
 from cfmpm.build import build
@@ -153,9 +151,6 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
         plastic = mechanics.plastic_nodal_force(*seen)
         tips = evaluate_tips(*seen, nodal, plastic, direction, stationary=scene.growth is None)
         tips |= reference.compare(body, at.gradients, balance)
-        if balance.finite_effect_J:
-            scale = mechanics.effect_scale(body, balance)
-            tips["finite_effect_J"] = scale * np.array(balance.finite_effect_J)
         if balance.parts is not None and body.grid.tips:
             by_factor = TipsByFactor.of(body, at.gradients, balance.parts, direction)
             tips |= critical_load_factors(body, by_factor, balance.parts)

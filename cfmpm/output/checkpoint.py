@@ -17,7 +17,7 @@ from cfmpm.body.grid import Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
 from cfmpm.body.points import DeformedPoints, MaterialPoints
 from cfmpm.build import compose, materials_of
-from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium.balance import Equilibrium, FiniteEffect
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
@@ -193,8 +193,9 @@ def _start(arrays: Arrays, texts: dict[str, Any]) -> Start:
     body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])
     if balance is not None:
         require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
-        if len(balance.finite_effect_J) not in (0, len(body.grid.tips)):
-            raise ValueError("finite_effect_J counts other tips")
+        effect = balance.finite_effect
+        if effect is not None and len(effect.J) not in (0, len(body.grid.tips)):
+            raise ValueError("finite_effect counts other tips")
     if not 0 <= texts["level"] < len(load_levels(record.full)):
         raise ValueError("level counts what is not there")
     step = len(record.steps) + 1
@@ -220,7 +221,10 @@ def _numbers(balance: Equilibrium | None) -> dict[str, Any] | None:
         return None
     values = {field.name: getattr(balance, field.name) for field in fields(balance)}
     tables = np.ndarray, MaterialPoints
-    return {name: value for name, value in values.items() if not isinstance(value, tables)}
+    words = {name: value for name, value in values.items() if not isinstance(value, tables)}
+    if balance.finite_effect is not None:
+        words["finite_effect"] = asdict(balance.finite_effect)
+    return words
 
 
 def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium | None:
@@ -231,8 +235,12 @@ def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium
         name: arrays[f"balance.{name}"] for name in names if f"balance.{name}" in arrays
     }
     columns["points"] = _table(arrays, "balance.points", DeformedPoints)
-    lists = {name: tuple(numbers[name]) for name in ("residuals", "finite_effect_J")}
-    return Equilibrium(**{**numbers, **lists, **columns})
+    columns["residuals"] = tuple(numbers["residuals"])
+    effect = numbers["finite_effect"]
+    if effect is not None:
+        tips = tuple(tuple(tip) for tip in effect["J"])
+        columns["finite_effect"] = FiniteEffect(tuple(effect["energy"]), tips, effect["least"])
+    return Equilibrium(**{**numbers, **columns})
 
 
 def _table(arrays: Arrays, prefix: str, kind: Any) -> Any:

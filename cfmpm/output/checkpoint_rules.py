@@ -98,6 +98,12 @@ class _DecisionWords(_Words):
     ties: list[_TieWords]
 
 
+class _EffectWords(_Words):
+    energy: tuple[float, float]
+    J: list[tuple[float, float]]
+    least: float
+
+
 class _BalanceWords(_Words):
     contact_pairs: int
     residual_norm: float
@@ -108,8 +114,7 @@ class _BalanceWords(_Words):
     load_factor: float
     finite: bool
     parts: None
-    finite_effect: float
-    finite_effect_J: list[float]
+    finite_effect: _EffectWords | None
     external_work: float
     newton_iterations: int
     substeps: int

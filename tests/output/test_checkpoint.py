@@ -233,11 +233,13 @@ def test_the_effect_of_finite_deformation_is_kept_with_its_tips(tmp_path: Path) 
     read = read_checkpoint(path).stage.balance
     assert read is not None
     assert read.finite
-    assert read.finite_effect_J == balance.finite_effect_J
-    assert len(read.finite_effect_J) == len(at.body.grid.tips) == 3
-    fewer = replace(balance, finite_effect_J=balance.finite_effect_J[:2])
+    effect = balance.finite_effect
+    assert effect is not None
+    assert read.finite_effect == effect
+    assert len(effect.J) == len(at.body.grid.tips) == 3
+    fewer = replace(balance, finite_effect=replace(effect, J=effect.J[:2]))
     write_checkpoint(Start(replace(following, balance=fewer), start.record), path)
-    with pytest.raises(SceneError, match="finite_effect_J"):
+    with pytest.raises(SceneError, match="finite_effect"):
         read_checkpoint(path)
 
 
