@@ -45,6 +45,13 @@ def _dotted(value: Any) -> Any:
     return value
 
 
+def _replaced(value: Any) -> Any:
+    # A block that is named has been read (cfmpm.study.blocks).
+    if not isinstance(value, Mapping):
+        raise ValueError("must be a mapping from keys of the scene to values, or file.yaml:block")
+    return value
+
+
 def _place(value: Any) -> Any:
     if isinstance(value, str):
         where, _, function = value.rpartition(":")
@@ -64,6 +71,10 @@ def _refusal(key: str, reason: str) -> PydanticCustomError:
 
 
 DottedKey = Annotated[str, BeforeValidator(_dotted)]
+Replaced = Annotated[
+    dict[DottedKey, Any],
+    BeforeValidator(_replaced, json_schema_input_type=dict[str, Any] | str),
+]
 HowMany = Annotated[Count, Field(ge=1, le=MOST_MEMBERS)]
 Range = Annotated[tuple[Number, Number, HowMany], BeforeValidator(_range)]
 
@@ -81,10 +92,10 @@ class Parameter(Model):
     geomspace: Range | None = Field(
         None, description="first value, last value, number of values with equal ratios"
     )
-    variants: Annotated[dict[str, dict[DottedKey, Any]] | None, Field(min_length=1)] = Field(
+    variants: Annotated[dict[str, Replaced] | None, Field(min_length=1)] = Field(
         None,
         description="in place of a key and its values: by the name of each variant, the values "
-        "that it replaces, by dotted keys",
+        "that it replaces, by dotted keys, or the place of such values: file.yaml:block",
     )
 
     @model_validator(mode="after")
@@ -156,8 +167,10 @@ class Study(Model):
     base: Annotated[Any, BeforeValidator(_base, json_schema_input_type=str | Scene)] = Field(
         description="the scene: a path relative to the study file, or written out"
     )
-    replace: dict[DottedKey, Any] = Field(
-        {}, description="values that replace those of the scene in all members, by dotted key"
+    replace: Replaced = Field(
+        {},
+        description="values that replace those of the scene in all members, by dotted key, or the "
+        "place of such values: file.yaml:block",
     )
     product: dict[Name, Parameter] = Field(
         {}, description="parameters of which all combinations are solved"

@@ -23,6 +23,7 @@ from cfmpm.scene import Scene
 from cfmpm.scene.document import Document, Key, Place, parse_key, read_document
 from cfmpm.scene.wording import refusals, shown
 from cfmpm.study import expansion
+from cfmpm.study.blocks import with_blocks
 from cfmpm.study.expansion import SAMPLE, Axis
 from cfmpm.study.layout import RESERVED
 from cfmpm.study.measuring import Measure, find_measure
@@ -134,6 +135,7 @@ def study_from_dict(data: Mapping[str, Any], folder: str | os.PathLike[str] = ".
 
 
 def _plan(document: Document, folder: Path, only: range | None) -> Plan:
+    document = with_blocks(document, folder)
     study = _study(document)
     base, start = _base(document, study, folder)
     measure = None

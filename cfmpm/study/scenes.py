@@ -131,6 +131,8 @@ class MemberScenes:
 
     def _hash(self, at: Mapping[str, Index], scene: Scene) -> str:
         """Return the config hash of a checked scene, and remember its parts."""
+        # Another member may set a key that no scene has, and is refused for it.
+        at = {top: i for top, i in at.items() if top in Scene.model_fields}
         if not self._shared:
             texts = config_texts(scene)
             tops = (top for top in Scene.model_fields if top not in at)

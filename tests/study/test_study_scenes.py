@@ -217,3 +217,10 @@ def test_a_long_check_is_announced(
     else:
         assert len(told) == 1
         assert told[0].startswith("checking all 100 members first takes about ")
+
+
+def test_a_key_that_one_member_alone_has_and_no_scene(tmp_path: Path) -> None:
+    text = "name: keys\nbase: small.yaml\nproduct: {how: {variants: {a: {grow.x: 1}, b: {}}}}\n"
+    with pytest.raises(SceneError, match="grow: unknown key; did you mean growth") as caught:
+        load_study(write_study(tmp_path, text))
+    assert len(caught.value.problems) == 1

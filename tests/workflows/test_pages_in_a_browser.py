@@ -66,11 +66,16 @@ def _claims() -> dict[str, list[Claim]]:
     """Claims of each table."""
 
     def claim(text: str, held: str, figures: str) -> Claim:
-        return Claim(text, "so", "so", "so", held, "a test", "", figures, f"{text} is {held}.")
+        sentence = f"{text} is {held}."
+        return Claim(text, "so", "so", "so", held, "a test", "", figures, sentence, key="a")
 
     return {
         "section_5_1": [claim("A norm", "yes", "5"), claim("A radius", "misprint", "6 7")],
-        "large_strain": [claim("Fig. 8 a load", "no", "8")],
+        "large_strain": [
+            claim("Fig. 8 a load", "no", "8"),
+            claim("Fig. 8 a code", "not tested", "8"),
+            Claim("5.1 a law", "", "so", "so", "yes", "a test"),
+        ],
         "sections_5_2_to_5_5": [
             claim(f"5.{k} a path", "in part", str(2 * k + 5)) for k in range(2, 6)
         ],

@@ -55,6 +55,9 @@ def without(root, tmp_path):
         of = one.get("variants") or one["values"]
         for name in missing:
             del of[name]
+        for name, value in of.items():
+            if isinstance(value, str):  # a block of another file
+                of[name] = str(path.parent / value)
         changed = tmp_path / path.name
         changed.write_text(json.dumps(study), encoding="utf-8")
         return {**block, "study": str(changed)}

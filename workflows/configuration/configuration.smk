@@ -46,6 +46,9 @@ PLOTTING = sorted(
     str(path.relative_to(ROOT)) for path in ROOT.glob("cfmpm/plotting/*.py")
 )
 
+# Blocks of values that studies of the paper name.
+PRESCRIBED = ["configs/paper/as_printed.yaml", "configs/paper/best.yaml"]
+
 # What others have computed. Drawing and deciding take seconds: again when any of it changes.
 REFERENCES = sorted(
     str(path.relative_to(ROOT)) for path in ROOT.glob("workflows/reference/*.csv")

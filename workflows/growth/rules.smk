@@ -9,6 +9,7 @@ rule growth:
     input:
         study=study_file,
         scene=scene_of_study,
+        prescribed=PRESCRIBED,
         compiled=rules.warm_up.output.stamp,
         code=modules("growth"),
     output:
@@ -32,6 +33,7 @@ rule growth:
 rule film:
     input:
         scene=scene_of_study,
+        prescribed=PRESCRIBED,
         compiled=rules.warm_up.output.stamp,
         code=[*modules("film"), *PLOTTING],
     output:

@@ -18,11 +18,13 @@ class Picture:
     Attributes
     ----------
     name : str
-        As Fig. 9, or Film.
+        As Fig. 9, Film, or Beyond the paper.
+    place : str
+        Of the picture on the page.
     title : str
         What it shows.
     paper : str
-        What the paper's figure of this number shows; nothing for a film.
+        What the paper's figure of this number shows; nothing for what the paper has not.
     picture : Path
         PNG.
     file : Path
@@ -34,6 +36,7 @@ class Picture:
     """
 
     name: str
+    place: str
     title: str
     paper: str
     picture: Path
@@ -44,7 +47,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class Numbered:
-    """A claim with its number on the page and that of its section, as 5.2."""
+    """A claim with its number on the page and that of its section, as 5.2.
+
+    Claims of the paper are numbered by themselves, and so is what is beyond it.
+    """
 
     number: int
     section: str
@@ -59,7 +65,8 @@ class Section:
     ----------
     title : str
     pictures : list of Picture
-    claims : list of Numbered
+    claims, beyond : list of Numbered
+        Claims of the paper, and what is beyond it.
     scene, study : Path
     seconds : dict of str to float
         Wall time by what was done.
@@ -68,6 +75,7 @@ class Section:
     title: str
     pictures: list[Picture]
     claims: list[Numbered]
+    beyond: list[Numbered]
     scene: Path
     study: Path
     seconds: dict[str, float]
@@ -92,7 +100,7 @@ def read_sections(
     """
     every = [claim for path in tables for claim in read_table(path)]
     homes = [_home(claim, sections) for claim in every]
-    found, number = [], 1
+    found: list[Section] = []
     for title, parts in sections.items():
         own = [claim for claim, home in zip(every, homes, strict=True) if home == title]
         found.append(
@@ -100,14 +108,18 @@ def read_sections(
                 title,
                 [_figure(n, figure) for n, figure in parts["figures"].items()]
                 + [_film(film) for film in parts["films"]],
-                [Numbered(k, title.split()[0], claim) for k, claim in enumerate(own, number)],
+                _numbered(title, [c for c in own if c.key], sum(len(s.claims) for s in found)),
+                _numbered(title, [c for c in own if not c.key], sum(len(s.beyond) for s in found)),
                 Path(parts["scene"]),
                 Path(parts["study"]),
                 {done: _seconds(path) for done, path in parts["benchmarks"].items()},
             )
         )
-        number += len(own)
     return found
+
+
+def _numbered(title: str, claims: Sequence[Claim], before: int) -> list[Numbered]:
+    return [Numbered(k, title.split()[0], claim) for k, claim in enumerate(claims, before + 1)]
 
 
 def _home(claim: Claim, sections: Mapping[str, Mapping[str, Any]]) -> str:
@@ -123,8 +135,10 @@ def _home(claim: Claim, sections: Mapping[str, Mapping[str, Any]]) -> str:
 
 def _figure(number: object, figure: Mapping[str, Any]) -> Picture:
     picture = Path(figure["picture"])
+    of_the_paper = bool(figure["paper"])
     return Picture(
-        name=f"Fig. {number}",
+        name=f"Fig. {number}" if of_the_paper else "Beyond the paper",
+        place=place_of(str(number)),
         title=figure["title"],
         paper=figure["paper"],
         picture=picture,
@@ -134,9 +148,15 @@ def _figure(number: object, figure: Mapping[str, Any]) -> Picture:
     )
 
 
+def place_of(figure: str) -> str:
+    """Where a figure is on the page: fig-9, or by the name of its file."""
+    return f"fig-{figure}" if figure.isdecimal() else figure
+
+
 def _film(film: Mapping[str, Any]) -> Picture:
     return Picture(
         name="Film",
+        place=Path(film["picture"]).stem,
         title=film["title"],
         paper="",
         picture=Path(film["picture"]),

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from workflows.overview.contents import Numbered, Picture, Section, read_sections
+from workflows.overview.contents import Numbered, Picture, Section, place_of, read_sections
 from workflows.overview.style import BESIDE, STYLE
-from workflows.reporting.claim_table import SHOWN, Claim, cells, mark
+from workflows.reporting.claim_table import BEYOND, OF_THE_PAPER, Claim, cells, mark
 from workflows.reporting.html_page import html_image, html_page, html_text, write_text
 
 TITLE = "The paper, reproduced"
@@ -29,9 +29,10 @@ TERMS = (
 # Verdicts in the order of the page: how many of them are told, and how they are headed.
 VERDICTS = {
     "yes": ("{} holds", "{} hold", "Holds"),
-    "no": ("{} does not hold", "{} do not hold", "Does not hold"),
     "in part": ("{} holds in part", "{} hold in part", "Holds in part"),
+    "no": ("{} does not hold", "{} do not hold", "Does not hold"),
     "misprint": ("{} is a misprint", "{} are misprints", "Misprints of the paper"),
+    "not tested": ("{} is not tested", "{} are not tested", "Not tested"),
 }
 
 
@@ -56,15 +57,15 @@ def write_overview(
         another one that is larger than some two million characters.
     """
     found = read_sections(sections, tables)
-    first = _first_screen([claim for section in found for claim in section.claims])
+    first = _first_screen(found)
     folder = Path(page).parent
     whole = "".join(_section(section, folder) for section in found)
     body = f"<main>\n{_citation()}{first}{_contents(found)}{whole}</main>\n"
     write_text(html_page(TITLE, body, STYLE + BESIDE), page)
     claims = "".join(
-        f"<h2>{html.escape(section.title)}</h2>\n{_claims(section.claims)}"
+        f"<h2>{html.escape(section.title)}</h2>\n{_tables(section, figures=False)}"
         for section in found
-        if section.claims
+        if section.claims or section.beyond
     )
     write_text(html_page("What holds and what does not", f"{first}{claims}", STYLE), summary)
 
@@ -74,12 +75,10 @@ def _citation() -> str:
     return f'<p class="source">{html.escape(PAPER)}{link}. Open access, CC BY.</p>\n'
 
 
-def _first_screen(claims: Sequence[Numbered]) -> str:
+def _first_screen(sections: Sequence[Section]) -> str:
     """How many claims hold, and what was found, in plain sentences."""
+    claims = [one for section in sections for one in section.claims]
     of = {name: [one for one in claims if one.claim.verdict == name] for name in VERDICTS}
-    unknown = {one.claim.verdict for one in claims} - of.keys()
-    if unknown:
-        raise ValueError(f"unknown verdict: {', '.join(sorted(unknown))}")
     counts = [
         (one if len(of[verdict]) == 1 else several).format(len(of[verdict]))
         for verdict, (one, several, _) in VERDICTS.items()
@@ -90,14 +89,28 @@ def _first_screen(claims: Sequence[Numbered]) -> str:
         for verdict, (*_, title) in VERDICTS.items()
         if of[verdict]
     }
-    said = counts[0] if len(counts) == 1 else f"{', '.join(counts[:-1])}, and {counts[-1]}"
     holds = listed.pop("yes", "")
     return (
-        f'<section id="verdict">\n<p class="lead">Of {len(claims)} claims and numbers of section '
-        f"5, {said}.</p>\n"
-        f'<div class="columns"><div>{"".join(listed.values())}</div><div>{holds}</div></div>\n'
-        f'<p class="source">{html.escape(TERMS)}</p>\n</section>\n'
+        f'<section id="verdict">\n<p class="lead">Of {len(claims)} claims of the paper, '
+        f"computed by its own method, {_series(counts)}.</p>\n"
+        f'<div class="columns"><div>{holds}</div><div>{"".join(listed.values())}</div></div>\n'
+        f'<p class="source">{_beyond(sections)}{html.escape(TERMS)}</p>\n</section>\n'
     )
+
+
+def _series(words: Sequence[str]) -> str:
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])}{',' if len(words) > 2 else ''} and {words[-1]}"
+
+
+def _beyond(sections: Sequence[Section]) -> str:
+    """How many findings there are beyond the paper."""
+    found = [one.claim.verdict for section in sections for one in section.beyond]
+    if not found:
+        return ""
+    held = found.count("yes")
+    return f"Beyond the paper {held} of {len(found)} checks hold; they follow the claims. "
 
 
 def _sentences(claims: Iterable[Numbered], verdict: str) -> str:
@@ -118,11 +131,15 @@ def _contents(sections: Sequence[Section]) -> str:
     lines = '<li><a href="#verdict">What holds and what does not</a></li>\n'
     for section in sections:
         inside = "".join(
-            f'<li><a href="#{_place(one)}">{html.escape(f"{one.name}: {one.title}")}</a></li>\n'
+            f'<li><a href="#{one.place}">{html.escape(f"{one.name}: {one.title}")}</a></li>\n'
             for one in section.pictures
         )
-        if section.claims:
-            inside += f'<li><a href="#claims-{_slug(section.title)}">Claims</a></li>\n'
+        for kind, claims, title in (
+            ("claims", section.claims, "Claims of the paper"),
+            ("beyond", section.beyond, "Beyond the paper"),
+        ):
+            if claims:
+                inside += f'<li><a href="#{kind}-{_slug(section.title)}">{title}</a></li>\n'
         lines += (
             f'<li><a href="#{_slug(section.title)}">{html.escape(section.title)}</a>\n'
             f"<ul>\n{inside}</ul></li>\n"
@@ -139,11 +156,22 @@ def _section(section: Section, folder: Path) -> str:
         f"Wall time of the section: {time}."
     )
     pictures = "".join(_picture(one, made_from, folder) for one in section.pictures)
-    claims = f'<h3 id="claims-{slug}">Claims</h3>\n{_claims(section.claims, figures=True)}'
     return (
         f'<section id="{slug}">\n<h2>{html.escape(section.title)}</h2>\n{pictures}'
-        f"{claims if section.claims else ''}</section>\n"
+        f"{_tables(section, figures=True)}</section>\n"
     )
+
+
+def _tables(section: Section, *, figures: bool) -> str:
+    """Claims of the paper, and what is beyond it; with links to their figures or without."""
+    slug, text = _slug(section.title), ""
+    if section.claims:
+        text += f'<h3 id="claims-{slug}">Claims of the paper</h3>\n'
+        text += _claims(section.claims, OF_THE_PAPER, "claim", figures)
+    if section.beyond:
+        text += f'<h3 id="beyond-{slug}">Beyond the paper</h3>\n'
+        text += _claims(section.beyond, BEYOND, "beyond", figures)
+    return text
 
 
 def _picture(one: Picture, made_from: str, folder: Path) -> str:
@@ -154,7 +182,7 @@ def _picture(one: Picture, made_from: str, folder: Path) -> str:
     paper = f'<p class="paper">In the paper: {html_text(one.paper)}.</p>\n' if one.paper else ""
     data = f"Data: {_link(one.data, folder)}. " if one.data else ""
     return (
-        f'<figure id="{_place(one)}">\n<a href="{link}">{image}</a>\n<figcaption>\n'
+        f'<figure id="{one.place}">\n<a href="{link}">{image}</a>\n<figcaption>\n'
         f"<h3>{html.escape(f'{one.name}: {one.title}')}</h3>\n"
         f'<p class="plain">{html_text(first)}</p>\n{paper}'
         + "".join(f"<p>{html_text(other)}</p>\n" for other in others)
@@ -163,11 +191,13 @@ def _picture(one: Picture, made_from: str, folder: Path) -> str:
     )
 
 
-def _claims(claims: Sequence[Numbered], *, figures: bool = False) -> str:
-    """The claims of a section, each with its number; with links to their figures or without."""
-    head = "".join(f"<th>{name}</th>" for name in ("", *SHOWN.values(), "Fig."))
+def _claims(
+    claims: Sequence[Numbered], columns: Mapping[str, str], kind: str, figures: bool
+) -> str:
+    """Claims, each with its number; with links to their figures or without."""
+    head = "".join(f"<th>{name}</th>" for name in ("", *columns.values(), "Fig."))
     rows = "".join(
-        f'<tr id="claim-{one.number}" class="{mark(one.claim)}"><td>{one.number}</td>'
+        f'<tr id="{kind}-{one.number}" class="{mark(one.claim)}"><td>{one.number}</td>'
         + "".join(f"<td>{html_text(cell)}</td>" for cell in cells(one.claim))
         + f"<td>{_of_figures(one.claim, linked=figures)}</td></tr>\n"
         for one in claims
@@ -178,7 +208,9 @@ def _claims(claims: Sequence[Numbered], *, figures: bool = False) -> str:
 def _of_figures(claim: Claim, *, linked: bool) -> str:
     if not linked:
         return html.escape(claim.figures)
-    return " ".join(f'<a href="#fig-{n}">{html.escape(n)}</a>' for n in claim.figures.split())
+    return " ".join(
+        f'<a href="#{place_of(name)}">{html.escape(name)}</a>' for name in claim.figures.split()
+    )
 
 
 def _link(path: Path, folder: Path) -> str:
@@ -188,11 +220,6 @@ def _link(path: Path, folder: Path) -> str:
 def _from(folder: Path, path: Path) -> str:
     """The address of a file on a page in a folder."""
     return html.escape(Path(os.path.relpath(path, folder)).as_posix())
-
-
-def _place(one: Picture) -> str:
-    """Where a figure or film is on the page: fig-9, or by the name of its file."""
-    return _slug(one.name) if one.paper else one.picture.stem
 
 
 def _slug(text: str) -> str:

@@ -22,6 +22,7 @@ nav a:hover { text-decoration: underline; }
 #verdict .no li { border-color: #d55e00; }
 #verdict .in-part li { border-color: #e69f00; }
 #verdict .misprint li { border-color: #56b4e9; }
+#verdict .not-tested li { border-color: #999; }
 #verdict li b { color: #666; font-weight: normal; margin-right: 0.3em; }
 #verdict li span { font-size: 11px; }
 figure { margin: 1em 0 2.5em; display: grid; gap: 1.5em; align-items: start; }

@@ -1,4 +1,4 @@
-"""The table of a section: what the paper says, what is known otherwise, what was computed."""
+"""The tables of a section: claims of the paper with what was found, and what is beyond it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,23 @@ from pathlib import Path
 
 from cfmpm.output.files import written_aside
 from workflows.reporting.html_page import html_page, html_table, write_text
+from workflows.reporting.statements import HELD, statements
 
-# Of the table to be read, and how its columns are headed; the CSV file has all fields.
-SHOWN = {
+# Of the tables to be read, and how their columns are headed; the CSV file has all fields.
+OF_THE_PAPER = {
     "claim": "claim",
-    "paper": "the paper",
+    "stated": "the paper",
+    "found": "by the paper's own method",
+    "best": "by the best that can be had",
     "reference": "what is known otherwise",
-    "cfmpm": "found here",
+    "error": "error",
+    "held": "held",
+    "test": "decided by",
+}
+BEYOND = {
+    "claim": "beyond the paper",
+    "reference": "what is known otherwise",
+    "found": "found here",
     "error": "error",
     "held": "held",
     "test": "decided by",
@@ -24,40 +34,108 @@ SHOWN = {
 
 @dataclass(frozen=True)
 class Claim:
-    """One line of the table.
+    """One line of a table: a claim of the paper, or what was found beyond it.
+
+    `paper_claim` makes a claim of the paper. Without a key a line is beyond the paper.
 
     Attributes
     ----------
     claim : str
-    paper, reference, cfmpm : str
-        What the paper says, what is known otherwise, what the datasets say.
+    paper : str
+        What the paper states.
+    reference, found : str
+        What is known otherwise; what was found, of a claim of the paper by its own method.
     held : str
-        yes, no, or in part; misprint where the paper's words do not fit its own numbers. Further
-        words may follow a comma.
+        A word of `statements.HELD`; further words may follow a comma.
     test : str
         By what it was decided.
     error : str
         How far the datasets are from the reference.
     figures : str
-        In which figures it is seen: their numbers, separated by blanks.
+        In which figures it is seen: their numbers or names, separated by blanks.
     sentence : str
         What was found, in one plain sentence. Claims that were found alike have the same.
+    best : str
+        What the best method that can be had gives.
+    key : str
+        Of `statements`; nothing beyond the paper.
+    section : str
+        Of the paper.
+    page : str
+        Of the paper.
     """
 
     claim: str
     paper: str
     reference: str
-    cfmpm: str
+    found: str
     held: str
     test: str
     error: str = ""
     figures: str = ""
     sentence: str = ""
+    best: str = ""
+    key: str = ""
+    section: str = ""
+    page: str = ""
+
+    def __post_init__(self) -> None:
+        if self.verdict not in HELD:
+            raise ValueError(f"{self.claim}: unknown verdict: {self.held}")
 
     @property
     def verdict(self) -> str:
-        """The first word of `held`."""
+        """The first words of `held`, up to a comma."""
         return self.held.split(",")[0]
+
+    @property
+    def stated(self) -> str:
+        """What the paper states, and where."""
+        return f"{self.paper} (section {self.section}, page {self.page})" if self.page else ""
+
+
+def paper_claim(
+    key: str,
+    *,
+    found: str,
+    held: str,
+    test: str,
+    sentence: str,
+    best: str = "",
+    reference: str = "",
+    error: str = "",
+) -> Claim:
+    """Return what became of a statement of the paper, by the paper's own method.
+
+    Parameters
+    ----------
+    key : str
+        Of `statements`, which has what the paper states, where, and the figures that show it.
+    found, held, test, sentence, best, reference, error : str
+        As in `Claim`.
+    """
+    one = statements()[key]
+    return Claim(
+        claim=one.claim,
+        paper=one.paper,
+        reference=reference,
+        found=found,
+        held=held,
+        test=test,
+        error=error,
+        figures=one.figures,
+        sentence=sentence,
+        best=best,
+        key=key,
+        section=one.section,
+        page=str(one.page),
+    )
+
+
+def not_tested(key: str) -> Claim:
+    """Return a claim of the paper that is not tested, for the reason that its statement gives."""
+    reason = statements()[key].note
+    return paper_claim(key, found="", held="not tested", test=reason, sentence=reason)
 
 
 def write_table(
@@ -80,9 +158,16 @@ def write_table(
         writer = csv.DictWriter(file, [field.name for field in fields(Claim)])
         writer.writeheader()
         writer.writerows(asdict(claim) for claim in claims)
-    lines = [SHOWN.values(), ["---"] * len(SHOWN), *(cells(claim) for claim in claims)]
-    write_text("".join(f"| {' | '.join(line)} |\n" for line in lines), markdown)
-    write_text(html_page(title, claims_table(claims)), page)
+    text = "\n".join(
+        f"## {head}\n\n"
+        + "".join(
+            f"| {' | '.join(line)} |\n"
+            for line in (columns.values(), ["---"] * len(columns), *(cells(c) for c in rows))
+        )
+        for head, columns, rows in tables(claims)
+    )
+    write_text(text, markdown)
+    write_text(html_page(title, claims_tables(claims)), page)
 
 
 def read_table(path: str | Path) -> list[Claim]:
@@ -91,16 +176,28 @@ def read_table(path: str | Path) -> list[Claim]:
         return [Claim(**row) for row in csv.DictReader(file)]
 
 
-def claims_table(claims: Iterable[Claim]) -> str:
-    """Return claims as an HTML table, one row each below a head."""
+def tables(claims: Iterable[Claim]) -> list[tuple[str, dict[str, str], list[Claim]]]:
+    """The claims of the paper and what is beyond it: title, columns by field, lines."""
     claims = list(claims)
-    marks = [mark(claim) for claim in claims]
-    return html_table(list(SHOWN.values()), map(cells, claims), marks)
+    parts = (
+        ("Claims of the paper", OF_THE_PAPER, [one for one in claims if one.key]),
+        ("Beyond the paper", BEYOND, [one for one in claims if not one.key]),
+    )
+    return [part for part in parts if part[2]]
+
+
+def claims_tables(claims: Iterable[Claim]) -> str:
+    """Return claims as HTML, one row each, those of the paper and the others in tables apart."""
+    return "".join(
+        f"<h2>{head}</h2>\n"
+        + html_table(list(columns.values()), map(cells, rows), [mark(one) for one in rows])
+        for head, columns, rows in tables(claims)
+    )
 
 
 def cells(claim: Claim) -> list[str]:
-    """What the table shows of a claim."""
-    return [getattr(claim, name) for name in SHOWN]
+    """What a table shows of a claim."""
+    return [getattr(claim, name) for name in (OF_THE_PAPER if claim.key else BEYOND)]
 
 
 def mark(claim: Claim) -> str:

@@ -96,6 +96,7 @@ tr.yes td:first-child { border-left: 6px solid #009e73; }
 tr.in-part td:first-child { border-left: 6px solid #e69f00; }
 tr.no td:first-child { border-left: 6px solid #d55e00; }
 tr.misprint td:first-child { border-left: 6px solid #56b4e9; }
+tr.not-tested td:first-child { border-left: 6px solid #999; }
 sub, sup { line-height: 0; font-size: 75%; }
 img { max-width: 100%; }
 """

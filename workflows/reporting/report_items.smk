@@ -8,21 +8,26 @@ SECTIONS, CLAIMS, FILMS, CAPTIONS = {}, [], [], []
 FILM = "the cracks as they grow"
 
 
-def contribute(section, figures, jobs, of, film=None):
+def contribute(section, figures, jobs, of, film=None, extra={}):
     """Add figures of the paper and a film, the jobs that are timed, and what has scene and study.
 
-    A figure has by its number a title, and in short what the paper's figure shows.
+    A figure has by its number a title, and in short what the paper's figure shows. Extra figures
+    are beyond the paper: they have by the name of their file a title.
     """
     report_folder = Path(str(workflow.current_basedir)).relative_to(ROOT) / "report"
+    files = {str(number): f"fig{number}" for number in figures}
+    titles = {str(number): texts for number, texts in figures.items()}
+    files |= {name: name for name in extra}
+    titles |= {name: (title, "") for name, title in extra.items()}
     drawn = {
-        str(number): {
+        name: {
             "title": title,
             "paper": paper,
-            "picture": f"results/paper/fig{number}.png",
-            "data": f"results/paper/fig{number}.nc",
-            "caption": str(report_folder / f"fig{number}.rst"),
+            "picture": f"results/paper/{files[name]}.png",
+            "data": f"results/paper/{files[name]}.nc",
+            "caption": str(report_folder / f"{files[name]}.rst"),
         }
-        for number, (title, paper) in figures.items()
+        for name, (title, paper) in titles.items()
     }
     filmed = {
         "title": FILM,
@@ -54,15 +59,16 @@ def item(path, caption, section, name):
     return report(path, caption=caption, category=section, labels={"item": name})
 
 
-def figure(number, section):
-    """A figure of the paper as an item of Snakemake's report."""
-    shown = SECTIONS[section]["figures"][str(number)]
+def figure(name, section):
+    """A figure of the paper, by its number, or an extra one as an item of Snakemake's report."""
+    shown = SECTIONS[section]["figures"][str(name)]
+    # Items are sorted as text: of two digits or one and a blank.
+    kind = f"Fig. {name!s:>2}" if shown["paper"] else "Beyond the paper"
     return item(
         shown["picture"],
-        f"report/fig{number}.rst",
+        f"report/{Path(shown['caption']).name}",
         section,
-        # Items are sorted as text: of two digits or one and a blank.
-        f"Fig. {number!s:>2}: {shown['title']}",
+        f"{kind}: {shown['title']}",
     )
 
 
