@@ -28,5 +28,7 @@ ELEMENTS: Registry[ElementEntry] = Registry(
     {
         "T3": ElementEntry("1 point", "cfmpm.elements.t3:T3"),
         "T6": ElementEntry("3 points", "cfmpm.elements.t6:T6"),
+        "T10": ElementEntry("6 points", "cfmpm.elements.t10:T10"),
+        "T15": ElementEntry("12 points", "cfmpm.elements.t15:T15"),
     },
 )

@@ -26,7 +26,7 @@ AT_SIDE = [
 ]
 AT_CORNER = [[1, 0, 0], [1 - CUT, CUT, 0], [1 - CUT, 0, CUT]]
 
-T10 = Element(
+CUBIC = Element(
     order=3,
     points=np.array(
         [np.roll([1 - 2 * a, a, a], k) for a in (NEAR_SIDE, NEAR_CORNER) for k in range(3)]
@@ -35,8 +35,8 @@ T10 = Element(
     locks=False,
     domains=tuple(np.roll(part, k, axis=1) for part in (AT_SIDE, AT_CORNER) for k in range(3)),
 )
-ENTRY = ElementEntry("6 points", "cubic_element:T10")
+ENTRY = ElementEntry("6 points", "cubic_element:CUBIC")
 
 # The same without a word on what its points stand for, which growth asks for.
-T10_STATIONARY = replace(T10, domains=None)
-STATIONARY_ENTRY = ElementEntry("6 points", "cubic_element:T10_STATIONARY")
+CUBIC_STATIONARY = replace(CUBIC, domains=None)
+STATIONARY_ENTRY = ElementEntry("6 points", "cubic_element:CUBIC_STATIONARY")

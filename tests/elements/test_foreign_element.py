@@ -39,15 +39,15 @@ exact = cfmpm.run(cfmpm.scene_from_dict(plate | {"mesh": finest})).history.isel(
 handbook = 10 * np.sqrt(20 * np.pi) * np.polyval([30.39, -21.72, 10.55, -0.231, 1.122], 0.4)
 assert abs(exact.K_I / handbook - 1) < 5e-3
 errors = {}
-for word in ("T6", "T10"):
+for word in ("T6", "CUBIC"):
     found = solve(word).history.isel(step=0, tip=0)
     for name in ("K_I", "G", "J", "T_stress"):
         errors[word, name] = abs(float(found[name] / exact[name]) - 1)
 for name in ("K_I", "G", "J", "T_stress"):
-    assert errors["T10", name] < 0.25 * errors["T6", name], errors
-assert errors["T10", "K_I"] < 2.5e-4, errors
+    assert errors["CUBIC", name] < 0.25 * errors["T6", name], errors
+assert errors["CUBIC", "K_I"] < 2.5e-4, errors
 
-result = solve("T10", size=5)
+result = solve("CUBIC", size=5)
 fields = build_fields(result)
 assert fields.sizes["face"] == 9 * len(result.grid.elements)
 assert fields.sizes["point"] == 6 * len(result.grid.elements)
@@ -59,7 +59,7 @@ inclined = {
     "traction": -10,
 }
 grading = {"tip_size": 0.2, "growth": 0.25}
-mesh = {"element": "T10", "size": 25, "grading": grading}
+mesh = {"element": "CUBIC", "size": 25, "grading": grading}
 closed = cfmpm.run(cfmpm.scene_from_dict(plate | {"family": inclined, "mesh": mesh})).history
 k_2 = 5 * np.sqrt(5 * np.pi)
 assert closed.contact_pairs[0] > 20
@@ -67,10 +67,10 @@ np.testing.assert_allclose(abs(closed.K_II[0]), k_2, rtol=5e-3)
 np.testing.assert_allclose(closed.K_I[0], 0, atol=5e-3 * k_2)
 
 # Finite deformation, and a grid that is reset.
-small = solve("T10", kinematics="small").history.J[0, 0]
-finite = solve("T10", kinematics="finite").history.J[0, 0]
+small = solve("CUBIC", kinematics="small").history.J[0, 0]
+finite = solve("CUBIC", kinematics="finite").history.J[0, 0]
 assert abs(float(finite / small) - 1) < 5e-3
-solve("T10", kinematics="finite", formulation="updated", load_steps=2)
+solve("CUBIC", kinematics="finite", formulation="updated", load_steps=2)
 
 # Growth, integrated over the parts of its domains: the path of the element below it.
 growth = {"growth": {"control": "crack", "increments": 8}}
@@ -83,7 +83,7 @@ def tip(element):
     history = solve(element, 4, loads=shear, family=plain, **growth).history
     assert history.sizes["step"] > 6, history.ending
     return np.column_stack([history.tip_x[:6, 0], history.tip_y[:6, 0]])
-ours, known = tip("T10"), tip("T6")
+ours, known = tip("CUBIC"), tip("T6")
 run = np.hypot(*(known[-1] - known[0]))
 assert np.hypot(*(ours[-1] - known[-1])) < 0.03 * run, (ours, known)
 assert abs(known[-1, 1] - known[0, 1]) > 0.1 * run
@@ -91,17 +91,21 @@ assert abs(known[-1, 1] - known[0, 1]) > 0.1 * run
 
 REFUSALS = [
     (
-        {"mesh": {"element": "T10_STATIONARY"}, "growth": {}},
-        "mesh.element: T10_STATIONARY does not go with growth.transfer: domains: it does not "
-        "define the domains of its material points, as T3, T6, T10 do; use one of these, or "
-        "growth.transfer: paper",
+        {"mesh": {"element": "CUBIC_STATIONARY"}, "growth": {}},
+        "mesh.element: CUBIC_STATIONARY does not go with growth.transfer: domains: it does not "
+        "define the domains of its material points, as T3, T6, T10, T15, CUBIC do; use one of "
+        "these, or growth.transfer: paper",
     ),
     (
-        {"mesh": {"element": "T10"}, "formulation": "updated", "updated": {"grid": "following"}},
-        "updated.grid: following needs mesh.element: T3, whose sides stay straight; T10 goes with "
-        "grid: fixed and integration: points",
+        {
+            "mesh": {"element": "CUBIC"},
+            "formulation": "updated",
+            "updated": {"grid": "following"},
+        },
+        "updated.grid: following needs mesh.element: T3, whose sides stay straight; CUBIC goes "
+        "with grid: fixed and integration: points",
     ),
-    ({"mesh": {"element": "Q4"}}, 'mesh.element: unknown value "Q4"; known: T3, T6'),
+    ({"mesh": {"element": "Q4"}}, 'mesh.element: unknown value "Q4"; known: T3, T6, T10, T15'),
 ]
 
 
@@ -113,8 +117,8 @@ def environment(tmp_path: Path) -> dict[str, str]:
     facts.mkdir()
     (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: cubic-element\nVersion: 1.0\n")
     (facts / "entry_points.txt").write_text(
-        "[cfmpm.elements]\nT10 = cubic_element:ENTRY\n"
-        "T10_STATIONARY = cubic_element:STATIONARY_ENTRY\n"
+        "[cfmpm.elements]\nCUBIC = cubic_element:ENTRY\n"
+        "CUBIC_STATIONARY = cubic_element:STATIONARY_ENTRY\n"
     )
     path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
     return {**os.environ, "PYTHONPATH": path}
@@ -162,6 +166,6 @@ for change, expected in {REFUSALS!r}:
 
 def test_schema_knows_it(environment: dict[str, str]) -> None:
     schema = call(environment, "-m", "cfmpm.scene.schema")
-    assert '"T10_STATIONARY"' in schema
-    assert "T3: 1 point, T6: 3 points, " in schema
-    assert ", T10: 6 points, " in schema
+    assert '"CUBIC_STATIONARY"' in schema
+    assert "T3: 1 point, T6: 3 points, T10: 6 points, T15: 12 points, " in schema
+    assert ", CUBIC: 6 points, " in schema

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from cubic_element import T10
 from exact_fields import gradient_and_round_off, polynomial, rate
+
+from cfmpm.elements.record import find_element
+from cfmpm.registry.elements import ELEMENTS
 
 
 def test_t3():
@@ -16,16 +18,20 @@ def test_t6():
 
 
 def test_t10():
-    assert rate(T10) == pytest.approx(3, abs=0.15)
+    assert rate("T10") == pytest.approx(3, abs=0.15)
 
 
-@pytest.mark.parametrize("element", ["T3", "T6", T10], ids=["T3", "T6", "T10"])
-@pytest.mark.parametrize("degree", [1, 2, 3, 4])
+def test_t15():
+    assert rate("T15", 8) == pytest.approx(4, abs=0.15)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
 def test_polynomials_up_to_the_order_are_exact(element, degree):
-    order = {"T3": 1, "T6": 2}.get(element, 3)
+    order = find_element(element).order
     error, by_round_off = gradient_and_round_off(element, 4, polynomial(degree))
     assert by_round_off < 1e-10
     if degree <= order:
         assert error <= by_round_off
     else:
-        assert error > 1e-4
+        assert error > 1e-5

@@ -7,7 +7,6 @@ from math import factorial
 
 import numpy as np
 import pytest
-from cubic_element import T10
 from structured import rectangle
 
 from cfmpm.body.grid import build_grid
@@ -18,7 +17,7 @@ from cfmpm.registry.elements import ELEMENTS
 
 # What follows from the order alone: its points are of no matter there.
 ORDER_5 = Element(order=5, points=np.full((1, 3), 1 / 3), weights=np.ones(1), locks=False)
-WHOLE = {word: find_element(word) for word in ELEMENTS} | {"T10": T10}
+WHOLE = {word: find_element(word) for word in ELEMENTS}
 ALL = WHOLE | {"order 5": ORDER_5}
 
 whole = pytest.mark.parametrize("element", WHOLE.values(), ids=WHOLE)

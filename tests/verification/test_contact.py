@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import round_off
 from cracked_beams import BEAMS, MATERIAL, bent_beam
-from cubic_element import T10
 from outlines import named_rectangle
 from posed import balanced, driven, elastic, pose
 from structured import rectangle
@@ -22,6 +21,7 @@ from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.fracture.interaction import IntensityFactors, intensity_factors
 from cfmpm.linear import solvers
+from cfmpm.registry.elements import ELEMENTS
 from cfmpm.scene import expand
 from cfmpm.scene.reading import scene_from_dict
 
@@ -212,7 +212,7 @@ def test_pressure_from_all_sides_passes_through_a_kinked_crack(element):
     assert_complementary(solved)
 
 
-@pytest.mark.parametrize("element", ["T3", "T6", T10], ids=["T3", "T6", "T10"])
+@pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("last", [5, 3], ids=["crossing", "meeting"])
 def test_pressure_passes_through_joined_cracks(element, last):
     """Where cracks cross or meet, three or four nodes coincide."""
