@@ -301,7 +301,7 @@ def _j_of(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Floats, 
     nodal = cf.nodal_force(body.grid, balance.points, gradients, density)
     energy = balance.points.energy @ balance.points.volume
     least = np.array([NO_J * energy / domain.clearance for domain in body.tip_domains])
-    if not balance.contact_pairs:
+    if not (balance.contact_pairs and body.grid.tips):
         values = j_of_tips(body, balance, nodal)
     else:
         # Of closed tips J has an error, which the evaluation tells.

@@ -188,6 +188,14 @@ LAWS_OF = {
 }
 
 
+# A crack from hole to hole, without a tip, whose faces press on each other.
+_HOLES = [{"circle": {"centre": [x, 50], "radius": 8}} for x in (30, 70)]
+LARGE["without_tips"] = body(
+    100, 100, [[38, 50], [62, 50]], [CLAMPED, {"edge": "top", "displacement": {"x": 0, "y": -3}}]
+)
+LARGE["without_tips"]["geometry"]["holes"] = _HOLES
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("element", ["T3", "T6"])
 @pytest.mark.parametrize("scene", (LARGE | LAWS_OF).values(), ids=LARGE | LAWS_OF)
