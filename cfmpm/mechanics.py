@@ -168,9 +168,12 @@ def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | Non
 
 
 def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
-    """Sum the configurational force at every node of a body in equilibrium [N/mm], (n, 2)."""
-    if body.motion is not None:
-        return reference.material_force(body, balance)
+    """Sum the configurational force at every node of a body in equilibrium [N/mm], (n, 2).
+
+    CF_I = - sum_p (W I - H^T P) dS_I/dX V_p with the displacement gradient H. With F in its place
+    the internal force is added, which is zero in equilibrium. On the reference of a grid that is
+    reset it is of the order of the configurational force even at small strain.
+    """
     body_force = body.loading.at(balance.load_factor).body_force
     summed = cf.finite_nodal_force if balance.finite else cf.nodal_force
     return summed(body.grid, balance.points, gradients, body_force)
@@ -278,7 +281,7 @@ def _rebalanced(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium
     try:
         return stepping.rebalance(problem, last)
     except SolveError:
-        if last.points.internal_variables.size:
+        if last.points.internal_variables.size or problem.base is not None:
             raise
     # An elastic state does not depend on the load path; it may start at zero load.
     afresh = stepping.from_rest(problem, last.load_factor)

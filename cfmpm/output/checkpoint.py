@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from cfmpm.body import body as bodies
 from cfmpm.body.body import Body, Grown
 from cfmpm.body.grid import Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
-from cfmpm.body.points import DeformedPoints, MaterialPoints, seed
+from cfmpm.body.points import DeformedPoints, MaterialPoints
 from cfmpm.build import compose, materials_of
 from cfmpm.equilibrium.balance import Equilibrium, FiniteEffect
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
@@ -52,8 +52,10 @@ class Start:
 
 # Version of the file layout.
 FORMAT = 9
-# Fields of `Motion` that do not follow from the reference configuration.
+# Fields of `Motion` that do not follow from the grid of the reference configuration, and those of
+# the points there.
 MOTION = ("displacement", "triangle", "base", "smoothed")
+REFERENCE = ("position", "element")
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -283,7 +285,7 @@ def _motion(body: Body) -> Arrays:
     """The data of a body's motion that do not follow from its reference configuration."""
     if body.motion is None:
         return {}
-    kept = {f"motion.{name}": getattr(body.motion, name) for name in MOTION}
+    kept = {f"motion.{name}": getattr(body.motion, name) for name in (*MOTION, *REFERENCE)}
     return {"grid.nodes": body.grid.nodes, **kept}
 
 
@@ -304,7 +306,9 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
     materials = materials_of(record.full, mesh.region_names)
     quadrature = _table(arrays, "quadrature", Quadrature)
     if record.full.formulation == "updated":
-        whole = compose(record.full, materials, mesh, grid, seed(grid), fixed=texts["fixed_loads"])
+        first = replace(points, **{name: arrays[f"motion.{name}"] for name in REFERENCE})
+        grown, fixed = Grown(**texts["grown"]), texts["fixed_loads"]
+        whole = compose(record.full, materials, mesh, grid, first, grown=grown, fixed=fixed)
         body = reset.begin(whole, record.full)
         require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
         kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}

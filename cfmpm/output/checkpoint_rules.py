@@ -43,6 +43,8 @@ _TABLES: dict[str, tuple[str, tuple[str | int, ...], str]] = {
     "balance.points.energy": (_FLOAT, ("s",), ""),
     "balance.points.internal_variables": (_FLOAT, ("s", "h"), ""),
     "grid.nodes": (_FLOAT, ("g", 2), ""),
+    "motion.position": (_FLOAT, ("p", 2), ""),
+    "motion.element": (_INDEX, ("p",), "m"),
     "motion.displacement": (_FLOAT, ("l", 2), ""),
     "motion.triangle": (_INDEX, ("l",), "t"),
     "motion.base": (_FLOAT, ("b", 2, 2), ""),

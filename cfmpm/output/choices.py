@@ -117,7 +117,7 @@ def _formulation(scene: Scene) -> str:
     if scene.formulation == "total":
         return "total Lagrangian, "
     reset = {
-        "fixed": "a grid that is reset after every load step; no contact of crack faces",
+        "fixed": "a grid that is reset after every step; no contact of crack faces",
         "following": "a grid that follows the boundary, crack faces and tips",
     }[scene.updated.grid]
     summed = {"points": "material points", "domains": "exact particle domains"}
