@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,17 +15,12 @@ from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid
 from cfmpm.clock import Clock
 from cfmpm.equilibrium import small_strain, stepping
-from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium.balance import Equilibrium, FiniteEffect
 from cfmpm.equilibrium.problem import BoundaryValueProblem
 from cfmpm.errors import SolveError
 from cfmpm.fracture import cf, finite_effect
 from cfmpm.scene.model import Scene
 from cfmpm.updated import reference
-
-# Relative change of the energy or of J by finite deformation above which `auto` takes it into
-# account. A tenth of this would be exceeded by steel at half its yield stress (strain 1e-3), which
-# would then have no K.
-NEGLIGIBLE = 1e-2
 
 
 def load_levels(scene: Scene) -> list[float]:
@@ -123,9 +119,7 @@ def solve(
     problem = problem_of(body, gradients, scene.solver)
     if last is not None and last.finite:
         found = _solve_finite(problem, last, level, clock)
-        return replace(
-            found, finite_effect=last.finite_effect, finite_effect_J=last.finite_effect_J
-        )
+        return replace(found, finite_effect=last.finite_effect)
     if scene.kinematics == "finite":
         return _solve_finite(problem, None, level, clock)
     if last is not None and last.proportional:
@@ -133,20 +127,18 @@ def solve(
     levels = load_levels(scene)
     largest = max(map(abs, levels))
     proportional = problem.loading.is_proportional
-    if proportional:
-        states = [_solve_small(body, problem, 1.0, clock, largest, reach or largest)]
-    else:
-        states = [_solve_small(body, problem, level, clock)]
+    at_small = partial(_solve_small, body, problem, clock, once=scene.growth is None)
+    states = [at_small(1.0, largest, reach or largest)] if proportional else [at_small(level)]
     # The kinematics do not change within a run.
     if last is not None or not _may_be_finite(scene):
         return states[0]
     if not proportional:
         # The smallest and the largest load, and the fixed loads alone.
         ends = {min(levels), max(levels), 0.0}
-        states += [_solve_small(body, problem, end, clock) for end in ends]
-    energy, J = _largest_effects(states)
-    at_largest = largest if proportional else 1.0
-    if min(levels) >= 0.0 and at_largest * np.nanmax(np.abs([energy, *J])) <= NEGLIGIBLE:
+        states += [at_small(end) for end in ends]
+    effect = _largest_effect(states)
+    reached = levels if proportional else [1.0]
+    if min(levels) >= 0.0 and effect.largest(reached) <= finite_effect.NEGLIGIBLE:
         return states[0]
     try:
         found = _solve_finite(problem, None, level, clock)
@@ -155,9 +147,7 @@ def solve(
             f"{failure}. Finite deformation was chosen by kinematics: auto; kinematics: small does "
             "without it, and warns of what it neglects"
         ) from failure
-    # By the load factor, which `effect_scale` gives back; under fixed loads of the largest load.
-    over = at_largest / largest if proportional else 1.0
-    return replace(found, finite_effect=energy * over, finite_effect_J=tuple(j * over for j in J))
+    return replace(found, finite_effect=effect)
 
 
 def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | None:
@@ -178,9 +168,12 @@ def carry_over(balance: Equilibrium, old: Grid, body: Body) -> Equilibrium | Non
 
 
 def nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> Floats:
-    """Sum the configurational force at every node of a body in equilibrium [N/mm], (n, 2)."""
-    if body.motion is not None:
-        return reference.material_force(body, balance)
+    """Sum the configurational force at every node of a body in equilibrium [N/mm], (n, 2).
+
+    CF_I = - sum_p (W I - H^T P) dS_I/dX V_p with the displacement gradient H. With F in its place
+    the internal force is added, which is zero in equilibrium. On the reference of a grid that is
+    reset it is of the order of the configurational force even at small strain.
+    """
     body_force = body.loading.at(balance.load_factor).body_force
     summed = cf.finite_nodal_force if balance.finite else cf.nodal_force
     return summed(body.grid, balance.points, gradients, body_force)
@@ -215,16 +208,16 @@ def plastic_nodal_force(body: Body, gradients: Floats, balance: Equilibrium) -> 
     return cf.finite_nodal_force(body.grid, work, gradients, np.zeros(2))
 
 
-def effect_scale(body: Body, balance: Equilibrium) -> float:
-    """Factor on the estimated effects of finite deformation at the load factor of a state.
+def effects(body: Body, balance: Equilibrium, factor: float) -> tuple[float, Floats]:
+    """What finite deformation changes at a load factor: in the energy, and in J of each tip.
 
-    They are estimated at each load at small strain. Before a run at finite deformation they are
-    estimated once: by a load factor of one, or at the largest load where some loads are fixed. Of a
-    reversed load, under which open faces close, there is none.
+    Under proportional loads it is judged once for all load factors. Where some loads are fixed it
+    is judged at each load at small strain, and before a run at finite deformation at the largest.
     """
-    if not balance.finite or not body.loading.is_proportional:
-        return 1.0
-    return balance.load_factor if balance.load_factor >= 0.0 else math.nan
+    if balance.finite_effect is None:
+        return math.nan, np.zeros(0)
+    at = factor if body.loading.is_proportional else 1.0
+    return balance.finite_effect.on_energy(at), balance.finite_effect.on_j(at)
 
 
 def _may_be_finite(scene: Scene) -> bool:
@@ -235,40 +228,41 @@ def _may_be_finite(scene: Scene) -> bool:
 def _solve_small(
     body: Body,
     problem: BoundaryValueProblem,
-    factor: float,
     clock: Clock,
+    factor: float,
     largest: float = 1.0,
     reach: float = 1.0,
+    *,
+    once: bool,
 ) -> Equilibrium:
-    """Solve at small strain, and estimate what finite deformation would change.
+    """Solve at small strain, and judge what finite deformation changes: see `finite_effect.judge`.
 
-    The estimates are made at multiples of the state, and are given over them: on the energy at
-    `largest`; on J if it may be felt at `reach`. The stiffness matrix is freed on return.
+    The stiffness matrix is freed on return.
     """
     with clock("stiffness"):  # step 3
         stiffness = small_strain.assemble_stiffness(problem)
     with clock("equilibrium"):  # steps 4 to 6: forces, solve, update of the points
         tangent = small_strain.factored(problem, stiffness)
         balance = small_strain.solve_linear(problem, stiffness, factor, tangent)
-    energy, gradient = finite_effect.on_energy(problem, balance, largest)
-    energy /= largest
-    balance = replace(balance, finite_effect=energy)
-    sizes = reach * energy, reach * gradient
-    if not (body.grid.tips and finite_effect.may_be_felt(body, balance, *sizes)):
-        return balance
     with clock("fracture"):
-        try:
-            J = finite_effect.on_j(body, problem, balance, tangent)
-        except SolveError:  # of an estimate: the solution is there without it
-            J = np.full(len(body.tip_domains), np.nan)
-    return replace(balance, finite_effect_J=tuple(J.tolist()))
+        effect = finite_effect.judge(body, problem, balance, tangent, largest, reach, once=once)
+    return replace(balance, finite_effect=effect)
 
 
-def _largest_effects(states: Sequence[Equilibrium]) -> tuple[float, tuple[float, ...]]:
-    """The largest effects of finite deformation in states: on the energy, and on J of each tip."""
-    energy = max(state.finite_effect for state in states)
-    tips = zip(*(state.finite_effect_J for state in states if state.finite_effect_J), strict=True)
-    return energy, tuple(max(tip, key=lambda effect: np.nan_to_num(abs(effect))) for tip in tips)
+def _largest_effect(states: Sequence[Equilibrium]) -> FiniteEffect:
+    """The largest effect of finite deformation in states: on the energy, and on J of each tip."""
+    found = [state.finite_effect for state in states if state.finite_effect is not None]
+    tips = zip(*(effect.J for effect in found if effect.J), strict=True)
+    return FiniteEffect(
+        max((effect.energy for effect in found), key=_size),
+        tuple(max(tip, key=_size) for tip in tips),
+        min(effect.least for effect in found),
+    )
+
+
+def _size(coefficients: tuple[float, float]) -> float:
+    """Size of an effect at a factor of one; 0 where there is none."""
+    return abs(float(np.nan_to_num(sum(coefficients))))
 
 
 def _solve_finite(
@@ -287,7 +281,7 @@ def _rebalanced(problem: BoundaryValueProblem, last: Equilibrium) -> Equilibrium
     try:
         return stepping.rebalance(problem, last)
     except SolveError:
-        if last.points.internal_variables.size:
+        if last.points.internal_variables.size or problem.base is not None:
             raise
     # An elastic state does not depend on the load path; it may start at zero load.
     afresh = stepping.from_rest(problem, last.load_factor)

@@ -26,7 +26,9 @@ def run(
     Notes
     -----
     Small strain and linear elasticity need one solve for all load steps: Newton's loop (5) ends
-    after one iteration, positions do not change (6), and the grid is not reset (9).
+    after one iteration, positions do not change (6), and the grid is not reset (9). Step 9 keeps
+    the grid and step 8 the points, so that their order does not matter; segments are aligned on a
+    grid at rest.
     """
     clock = Clock(announce)
     with clock("grid"):
@@ -40,10 +42,11 @@ def run(
             record.add(state, clock.lap())
             observe(state, record)
             steps.check_end(at, balance, state)
+            at = steps.reset(at, balance, clock)  # step 9
             if state.decision.running:
-                at = steps.release(at, balance, state, clock)  # step 8
+                at = steps.release(at, state, clock)  # step 8
             else:
-                at = steps.advance(at, balance, state, clock)  # step 9
+                at = steps.advance(at, state)
     except RunEnded as end:
         assert state is not None
         return Result(**vars(state), history=record.close(end, clock.lap()))

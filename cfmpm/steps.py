@@ -7,8 +7,6 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from cfmpm import mechanics
 from cfmpm.body.body import Body
 from cfmpm.build import build
@@ -22,7 +20,8 @@ from cfmpm.fracture.evaluation import evaluate_tips
 from cfmpm.registry.criteria import DEFAULT_DIRECTION
 from cfmpm.scene import Scene, expand
 from cfmpm.state import Stage, State
-from cfmpm.updated import reference, reset
+from cfmpm.updated import reference, regrow
+from cfmpm.updated import reset as resets
 
 
 def begin(scene: Scene, fixed: Collection[str] = ()) -> Stage:
@@ -35,7 +34,7 @@ def begin(scene: Scene, fixed: Collection[str] = ()) -> Stage:
         Names of the loads that act in full at every load factor; the others are proportional to it.
     """
     full, body = expand(scene), build(scene, fixed)
-    return Stage(full, reset.begin(body, full) if full.formulation == "updated" else body)
+    return Stage(full, resets.begin(body, full) if full.formulation == "updated" else body)
 
 
 def locate(at: Stage, clock: Clock) -> Stage:
@@ -87,7 +86,13 @@ def solve(at: Stage, before: State | None, clock: Clock) -> Equilibrium:
         if before is None:
             raise error from failure
         settings = at.scene.growth
-        if settings is not None and settings.transfer == "paper":
+        if body.motion is not None and body.empty_elements:
+            text = (
+                f"unstable: {body.empty_elements} triangles inside the body have lost their "
+                f"material points by resets of the grid; {failure}"
+            )
+            raise RunEnded("unstable", text) from failure
+        if settings is not None and settings.transfer == "paper" and body.motion is None:
             text = f"unsolvable: growth.transfer: paper left nodes without stiffness; {failure}"
             cracks = LastCracks(body.triangulation, body.grown)
             raise RunEnded("unsolvable", text, cracks=cracks) from failure
@@ -146,9 +151,6 @@ def evaluate(at: Stage, balance: Equilibrium, clock: Clock) -> State:
         plastic = mechanics.plastic_nodal_force(*seen)
         tips = evaluate_tips(*seen, nodal, plastic, direction, stationary=scene.growth is None)
         tips |= reference.compare(body, at.gradients, balance)
-        if balance.finite_effect_J:
-            scale = mechanics.effect_scale(body, balance)
-            tips["finite_effect_J"] = scale * np.array(balance.finite_effect_J)
         if balance.parts is not None and body.grid.tips:
             by_factor = TipsByFactor.of(body, at.gradients, balance.parts, direction)
             tips |= critical_load_factors(body, by_factor, balance.parts)
@@ -225,30 +227,49 @@ def check_end(at: Stage, balance: Equilibrium, state: State) -> None:
     )
 
 
-def release(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
-    """Align segments with the directions of growth and double the tip nodes (step 8)."""
-    with clock("release"):
-        body = growing.release(at.scene, at.body, state.decision.running, state.decision.tie)
-        carried = mechanics.carry_over(balance, state.grid, body)
-    return Stage(at.scene, body, state.decision, at.step + 1, at.level, carried)
+def reset(at: Stage, balance: Equilibrium, clock: Clock) -> Stage:
+    """Keep the state of equilibrium; in the updated formulation, reset the grid (step 9).
 
-
-def advance(at: Stage, balance: Equilibrium, state: State, clock: Clock) -> Stage:
-    """Go to the next load step; the updated formulation resets the grid (step 9).
+    It precedes step 8, so that segments are aligned on a grid at rest.
 
     Raises
     ------
     RunEnded
         If the grid cannot be reset.
     """
-    following = replace(
-        at, decision=state.decision, step=at.step + 1, level=at.level + 1, balance=balance
-    )
     if at.body.motion is None:
-        return following
+        return replace(at, balance=balance)
     try:
         with clock("reset"):
-            body, at_rest = reset.reset(at.body, balance)
+            body, at_rest = resets.reset(at.body, balance)
     except SolveError as error:
         raise RunEnded("unstable", f"unstable: {error}") from error
-    return replace(following, body=body, balance=at_rest, gradients=None)
+    return replace(at, body=body, balance=at_rest, gradients=None)
+
+
+def release(at: Stage, state: State, clock: Clock) -> Stage:
+    """Align segments with the directions of growth and double the tip nodes (step 8).
+
+    Raises
+    ------
+    RunEnded
+        If a part of the body is severed, if a crack has reached a point of a load, or if the points
+        lie outside the new grid.
+    """
+    assert at.balance is not None
+    grows = state.decision.running, state.decision.tie
+    with clock("release"):
+        if at.body.motion is None:
+            body = growing.release(at.scene, at.body, *grows)
+            carried = mechanics.carry_over(at.balance, at.body.grid, body)
+        else:
+            try:
+                body, carried = regrow.release(at.scene, at.body, at.balance, *grows)
+            except SolveError as error:
+                raise RunEnded("unsolvable", f"unsolvable: {error}") from error
+    return Stage(at.scene, body, state.decision, at.step + 1, at.level, carried)
+
+
+def advance(at: Stage, state: State) -> Stage:
+    """Go to the next load step."""
+    return replace(at, decision=state.decision, step=at.step + 1, level=at.level + 1)

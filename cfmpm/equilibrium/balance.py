@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,13 +45,9 @@ class Equilibrium:
         Whether at finite deformation.
     parts : Parts or None
         Fixed and proportional part, at small strain if some loads are fixed.
-    finite_effect : float
-        Relative change of the energy by finite deformation, as estimated at small strain, of first
-        order in the load: at `load_factor`, or per unit of it where the estimate has led to finite
-        deformation; nan where not evaluated.
-    finite_effect_J : tuple of float
-        Likewise the relative change of J of each tip, nan where it has no J; empty where not
-        evaluated.
+    finite_effect : FiniteEffect or None
+        What finite deformation changes, as judged at small strain, by multiples of this state, or,
+        of a state at finite deformation, of one at load factor one; None where not evaluated.
     external_work : float
         External work so far at finite deformation [N]; nan at small strain.
     newton_iterations, substeps : int
@@ -81,8 +78,7 @@ class Equilibrium:
     load_factor: float = 1.0
     finite: bool = False
     parts: Parts | None = None
-    finite_effect: float = math.nan
-    finite_effect_J: tuple[float, ...] = ()
+    finite_effect: FiniteEffect | None = None
     external_work: float = math.nan
     newton_iterations: int = 0
     substeps: int = 0
@@ -100,6 +96,49 @@ class Equilibrium:
     def scale(self, load_factor: float) -> float:
         """Return the factor from the stresses of this state to those at a load factor."""
         return load_factor / self.load_factor if self.proportional else 1.0
+
+
+@dataclass(frozen=True)
+class FiniteEffect:
+    """What finite deformation changes in a state of small strain, by a factor s on the state.
+
+    The relative change is ``first s + second s^2``, with the first pair of coefficients for the
+    strain energy, the others for J at each tip.
+
+    Attributes
+    ----------
+    energy : (float, float)
+    J : tuple of (float, float)
+        nan for a tip without J; empty where it cannot be felt.
+    least : float
+        Where one of the changes is larger, none has a size: they are infinite.
+    """
+
+    energy: tuple[float, float]
+    J: tuple[tuple[float, float], ...] = ()
+    least: float = math.inf
+
+    def on_energy(self, factor: float) -> float:
+        """Size of the relative change of the strain energy of the state times a factor."""
+        return float(abs(self._at(factor)[0]))
+
+    def on_j(self, factor: float) -> Floats:
+        """Relative change of J at each tip of the state times a factor, (tip,).
+
+        Of a reversed state, in which open faces close, there is none.
+        """
+        return self._at(factor)[1:] if factor >= 0.0 else np.full(len(self.J), np.nan)
+
+    def largest(self, factors: Iterable[float]) -> float:
+        """The largest of all changes at some factors."""
+        return max(float(np.nanmax(np.abs(self._at(factor)))) for factor in factors)
+
+    def _at(self, factor: float) -> Floats:
+        first, second = np.array([self.energy, *self.J]).T
+        change: Floats = factor * (first + factor * second)
+        if not np.nanmax(np.abs(change)) > self.least:
+            return change
+        return np.where(np.isnan(change), np.nan, np.inf)
 
 
 @dataclass(frozen=True)

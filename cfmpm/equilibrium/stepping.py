@@ -17,8 +17,9 @@ from cfmpm.linear.engine import NotPositiveDefiniteError
 FEW_ITERATIONS, LONGER = 6, 1.5
 # Halvings of the first step after which the load is taken as a limit.
 HALVINGS = 10
-# Largest number of steps to a load factor, failed ones included. The shortest strain a body by 1e-5
-# (`FIRST_STRAIN` halved `HALVINGS` times), and this many of them by 0.1.
+# Largest number of steps to a load factor, failed ones included, unless fewer are asked for. The
+# shortest strain a body by 1e-5 (`FIRST_STRAIN` halved `HALVINGS` times), and this many of them by
+# 0.1.
 SUBSTEPS = 10_000
 
 
@@ -42,7 +43,7 @@ def at_rest(problem: BoundaryValueProblem) -> Equilibrium:
     )
 
 
-def from_rest(problem: BoundaryValueProblem, target: float) -> Equilibrium:
+def from_rest(problem: BoundaryValueProblem, target: float, most: int = SUBSTEPS) -> Equilibrium:
     """Load an undeformed body: in steps by its fixed loads first, then by the proportional loads.
 
     Parameters
@@ -50,6 +51,8 @@ def from_rest(problem: BoundaryValueProblem, target: float) -> Equilibrium:
     problem : BoundaryValueProblem
     target : float
         Load factor to be reached.
+    most : int
+        Largest number of steps of each part.
 
     Returns
     -------
@@ -64,15 +67,17 @@ def from_rest(problem: BoundaryValueProblem, target: float) -> Equilibrium:
     start = at_rest(problem)
     if not problem.loading.is_proportional:
         alone = replace(problem, loading=problem.loading.fixed_alone())
-        start = advance(alone, start, 1.0)
+        start = advance(alone, start, 1.0, most)
         if start.stopped:
             raise SolveError(f"under the fixed loads alone, times the factor, {start.stopped}")
         unstable_from = start.unstable_from if math.isnan(start.unstable_from) else 0.0
         start = replace(start, load_factor=0.0, unstable_from=unstable_from)
-    return advance(problem, start, target)
+    return advance(problem, start, target, most)
 
 
-def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> Equilibrium:
+def advance(
+    problem: BoundaryValueProblem, last: Equilibrium, target: float, most: int = SUBSTEPS
+) -> Equilibrium:
     """Change the load factor in steps of adaptive length along stable states.
 
     A state is accepted if its forces are balanced, its stiffness is positive definite, no point is
@@ -85,6 +90,8 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
         The start, in equilibrium at its load factor.
     target : float
         Load factor to be reached.
+    most : int
+        Largest number of steps.
 
     Returns
     -------
@@ -94,7 +101,7 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
     Raises
     ------
     SolveError
-        If no stable state follows `last`, or if `target` takes more than `SUBSTEPS` steps.
+        If no stable state follows `last`, or if `target` takes more than `most` steps.
     """
     march = March(problem, last.points.internal_variables)
     balance, at = last, march.trial(last.displacement)
@@ -105,10 +112,10 @@ def advance(problem: BoundaryValueProblem, last: Equilibrium, target: float) -> 
     substeps = 0
     while balance.load_factor != target:
         substeps += 1
-        if substeps > SUBSTEPS:
+        if substeps > most:
             raise SolveError(
                 f"load factor {target:.6g} is not reached from {last.load_factor:.6g} in "
-                f"{SUBSTEPS} substeps, the last at {balance.load_factor:.6g}; add load_steps "
+                f"{most} substeps, the last at {balance.load_factor:.6g}; add load_steps "
                 "in between"
             )
         remaining = target - balance.load_factor

@@ -1,21 +1,30 @@
-"""What finite deformation would change in a state of small strain, estimated to first order."""
+"""What finite deformation would change in a state of small strain."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats
-from cfmpm.equilibrium import newton
-from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium import correction, small_strain, stepping
+from cfmpm.equilibrium.balance import Equilibrium, FiniteEffect
 from cfmpm.equilibrium.problem import BoundaryValueProblem
+from cfmpm.errors import SolveError
 from cfmpm.fracture import cf
 from cfmpm.fracture.evaluation import evaluate_tips, j_of_tips
 from cfmpm.kernels import departure
 from cfmpm.linear.solvers import Factor
 
+# Relative change of the energy or of J by finite deformation above which it is found out by
+# corrections of the state, `auto` takes it into account, and else it is told. A tenth of this would
+# be exceeded by steel at half its yield stress (strain 1e-3), which would then have no K.
+NEGLIGIBLE = 1e-2
+# Estimate of first order above which that is found out. Under dead loads it is 3/4 of the change,
+# where displacements are prescribed 3/2.
+LOOKED_AT = 0.75 * NEGLIGIBLE
 # Energy over modulus times displacement squared below which it is round-off of a rigid motion.
 ROUND_OFF = 1e-24
 # Effect on the energy, and mean displacement gradient times slenderness of the body, up to which
@@ -25,6 +34,12 @@ FELT_ENERGY, FELT, FELT_BY_CLOSED = 5e-4, 1e-3, 3e-4
 # Largest displacement gradient of the state at which the change of J is taken: so small that it is
 # the derivative in slender arms too, where terms of second order are large by their rotation.
 SMALL = 1e-7
+# Lame's constant lambda over mu from which a state that has not settled is looked at with this one
+# (nu 0.4995), and the largest relative change of the strain energy by that: what is left over of
+# compressibility. The effect of finite deformation changes by mu / lambda.
+ALMOST, SAME_ENERGY = 1e3, 1e-2
+# Load steps of Newton's method, of 1 % strain and then more, after which a size is given up.
+MOST_STEPS = 30
 # J below this part of the strain energy over the clearance of the tip is no J to compare with.
 NO_J = 1e-6
 
@@ -98,8 +113,17 @@ def may_be_felt(body: Body, balance: Equilibrium, energy: float, gradient: float
     return bool(energy > FELT_ENERGY or slenderness * gradient > limit)
 
 
-def on_j(body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor) -> Floats:
-    """Estimate the relative change of J by finite deformation at every tip.
+def judge(
+    body: Body,
+    problem: BoundaryValueProblem,
+    balance: Equilibrium,
+    factor: Factor,
+    largest: float = 1.0,
+    reach: float = 1.0,
+    *,
+    once: bool = False,
+) -> FiniteEffect:
+    """Judge what finite deformation changes in a state of small strain.
 
     Parameters
     ----------
@@ -110,10 +134,55 @@ def on_j(body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor
         At small strain.
     factor : Factor
         Of the stiffness of small strain.
+    largest : float
+        Largest factor on the state, greater than zero.
+    reach : float
+        Factor on the state at which it is of interest, as at growth; infinite if none is known.
+    once : bool
+        Whether no state of a grown crack follows: Newton's method can then be afforded.
 
     Returns
     -------
-    (tip,) float
+    FiniteEffect
+        Of first order where that is at most `LOOKED_AT` at `reach`. Else the state at `reach` is
+        found: the change is that there, and has the right slope at zero. If it is not found, a
+        change above `LOOKED_AT` is infinite.
+    """
+    at = reach if 0.0 < reach < math.inf else _load_of_growth(body, problem, balance) or largest
+    energy, gradient = on_energy(problem, balance, at)
+    energy /= at
+    J: Floats = np.zeros(0)
+    if body.grid.tips and may_be_felt(body, balance, reach * energy, reach * gradient):
+        try:
+            J = slopes(body, problem, balance, factor)[1:]
+        except SolveError:  # of an estimate: the solution is there without it
+            J = np.full(len(body.tip_domains), np.nan)
+    found = FiniteEffect((energy, 0.0), tuple((slope, 0.0) for slope in J.tolist()))
+    if found.largest([at]) <= LOOKED_AT:
+        return found
+    # With faces in contact Newton's method can cost a hundred times as much as the solution.
+    afforded = 3 if once and not balance.contact_pairs else 2
+    for way in (_by_corrections, _by_less_incompressibility, _by_newton)[:afforded]:
+        try:
+            return way(body, problem, balance, factor, at)
+        except SolveError:
+            continue
+    return replace(found, least=LOOKED_AT)
+
+
+def slopes(
+    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor
+) -> Floats:
+    """Find the relative change of the energy, and of J at every tip, by finite deformation.
+
+    Parameters
+    ----------
+    body, problem, balance, factor
+        As of `judge`.
+
+    Returns
+    -------
+    (1 + tip,) float
         The derivative by a factor on the state, at zero; nan of a tip without J.
 
     Notes
@@ -121,17 +190,109 @@ def on_j(body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor
     The displacement of small strain leaves a force of second order unbalanced at finite
     deformation. One correction by the stiffness of small strain, with contact of crack faces,
     makes the displacement right to second order, and J of the finite Eshelby stress to third
-    order: as J is of second order, its relative change is right to first order.
+    order: as J is of second order, its relative change is right to first order. So is that of the
+    energy.
     """
-    values, density = _j_of(body, problem.gradients, balance)
     largest = np.abs(balance.points.displacement_gradient).max(initial=0.0)
-    if not (largest > 0.0 and np.isfinite(values).any()):
-        return np.full(len(values), np.nan)
+    if not largest > 0.0:
+        return np.full(1 + len(body.tip_domains), np.nan)
     part = SMALL / largest
-    corrected = _corrected(problem, balance, factor, part)
-    nodal = cf.finite_nodal_force(body.grid, corrected.points, problem.gradients, part * density)
-    found = j_of_tips(body, corrected, nodal) / part**2
-    return (found / values - 1.0) / part
+    state = correction.first_correction(problem, balance, factor, part)
+    return _changes(body, problem, balance, state, part) / part
+
+
+def _by_corrections(
+    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor, at: float
+) -> FiniteEffect:
+    """The effect from corrections by the stiffness; SolveError if they do not settle."""
+    state = correction.settled(problem, balance, factor, at)
+    return _sized(body, problem, balance, factor, state, at)
+
+
+def _by_less_incompressibility(
+    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor, at: float
+) -> FiniteEffect:
+    """As `_by_corrections` with lambda of at most `ALMOST` mu; SolveError if that is another body.
+
+    A rotation of a nearly incompressible point by small strain leaves a pressure that hinders the
+    corrections, while the effect hardly depends on what is left of compressibility.
+    """
+    materials = problem.materials
+    lam = np.minimum(materials.volumetric, ALMOST * materials.lame[:, 1])
+    less = lam - materials.volumetric
+    if not less.any():
+        raise SolveError("the materials are compressible")
+    lame, constants, elastic = materials.lame.copy(), materials.constants.copy(), materials.elastic
+    lame[:, 0] = constants[:, 0] = lam
+    elastic = elastic + less[:, None, None] * np.pad(np.ones((2, 2)), (0, 1))
+    softer = replace(materials, volumetric=lam, lame=lame, constants=constants, elastic=elastic)
+    posed = replace(problem, materials=softer)
+    stiffness = small_strain.assemble_stiffness(posed)
+    tangent = small_strain.factored(posed, stiffness)
+    alike = small_strain.solve_linear(posed, stiffness, balance.load_factor, tangent)
+    energies = (state.points.energy @ state.points.volume for state in (alike, balance))
+    if abs(next(energies) / next(energies) - 1.0) > SAME_ENERGY:
+        raise SolveError("compressibility is felt")
+    return _by_corrections(body, posed, alike, tangent, at)
+
+
+def _by_newton(
+    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor, at: float
+) -> FiniteEffect:
+    """The effect from the state itself; SolveError if it takes too many steps."""
+    state = stepping.from_rest(problem, at * balance.load_factor, MOST_STEPS)
+    if state.stopped:
+        raise SolveError(state.stopped)
+    return _sized(body, problem, balance, factor, state, at)
+
+
+def _sized(
+    body: Body,
+    problem: BoundaryValueProblem,
+    balance: Equilibrium,
+    factor: Factor,
+    state: Equilibrium,
+    at: float,
+) -> FiniteEffect:
+    """What finite deformation changes, from the state at a factor and the slope at zero."""
+    slope = slopes(body, problem, balance, factor)
+    second = (_changes(body, problem, balance, state, at) / at - slope) / at
+    energy, *J = zip(slope.tolist(), second.tolist(), strict=True)
+    return FiniteEffect(energy, tuple(J))
+
+
+def _changes(
+    body: Body,
+    problem: BoundaryValueProblem,
+    balance: Equilibrium,
+    state: Equilibrium,
+    scale: float,
+) -> Floats:
+    """Relative change of the energy, and of J of each tip, from a state times a factor, (1 + tip,).
+
+    Parameters
+    ----------
+    body, problem, balance
+        As of `judge`.
+    state : Equilibrium
+        At finite deformation.
+    scale : float
+        Factor on the state of small strain to be compared with.
+    """
+    before = scale**2 * (balance.points.energy @ balance.points.volume)
+    values, density = _j_of(body, problem.gradients, balance)
+    J = values
+    if np.isfinite(values).any():
+        nodal = cf.finite_nodal_force(body.grid, state.points, problem.gradients, scale * density)
+        J = j_of_tips(body, state, nodal) / (scale**2 * values)
+    return np.append(state.points.energy @ state.points.volume / before, J) - 1.0
+
+
+def _load_of_growth(body: Body, problem: BoundaryValueProblem, balance: Equilibrium) -> float:
+    """Factor on the state at which J of a tip reaches the least toughness; 0 if none does."""
+    toughness = body.materials.g_c[np.isfinite(body.materials.g_c)]
+    driving = np.nanmax(_j_of(body, problem.gradients, balance)[0], initial=0.0)
+    return math.sqrt(toughness.min() / driving) if toughness.size and driving > 0.0 else 0.0
 
 
 def _j_of(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Floats, Floats]:
@@ -140,37 +301,10 @@ def _j_of(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Floats, 
     nodal = cf.nodal_force(body.grid, balance.points, gradients, density)
     energy = balance.points.energy @ balance.points.volume
     least = np.array([NO_J * energy / domain.clearance for domain in body.tip_domains])
-    if not balance.contact_pairs:
+    if not (balance.contact_pairs and body.grid.tips):
         values = j_of_tips(body, balance, nodal)
     else:
         # Of closed tips J has an error, which the evaluation tells.
         tips = evaluate_tips(body, gradients, balance, nodal)
         values, least = tips["J"], np.fmax(least, tips["G_floor"])
     return np.where(values > least, values, np.nan), density
-
-
-def _corrected(
-    problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor, part: float
-) -> Equilibrium:
-    """A part of a state of small strain with one correction towards finite deformation."""
-    march = newton.March(problem, np.zeros((len(problem.points), problem.materials.n_internal)))
-    free = ~problem.loading.prescribed
-    start = march.trial(part * balance.displacement)
-    # What is left of balance at small strain is in both: it is not the effect to be found.
-    unbalanced = part * (balance.internal_force - balance.contact_force) - start.internal_force
-    moved = start.displacement.copy()
-    moved[free] += factor.solve(unbalanced[free]).x
-    contact_force = balance.contact_force
-    # Faces that are open remain so in a small enough part of the state.
-    if balance.contact_pairs:
-        closed = march.closed(moved, start.displacement, factor)
-        moved, contact_force = closed.displacement, closed.force
-    trial = march.trial(moved)
-    return replace(
-        balance,
-        points=trial.points,
-        displacement=moved,
-        internal_force=trial.internal_force,
-        contact_force=contact_force,
-        finite=True,
-    )

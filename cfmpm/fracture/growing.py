@@ -11,7 +11,7 @@ from cfmpm.body import particle_domains
 from cfmpm.body.body import Body, Grown, named_grid
 from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
-from cfmpm.body.points import MaterialPoints, relocate
+from cfmpm.body.points import MaterialPoints, relocate, seed
 from cfmpm.body.rigid_motions import UnheldError
 from cfmpm.build import compose
 from cfmpm.ending import LastCracks, RunEnded
@@ -23,7 +23,12 @@ from cfmpm.scene import Scene
 
 
 def release(
-    scene: Scene, body: Body, running: Mapping[str, Floats], tie: Tie | None = None
+    scene: Scene,
+    body: Body,
+    running: Mapping[str, Floats],
+    tie: Tie | None = None,
+    *,
+    reseed: bool = False,
 ) -> Body:
     """Extend the cracks at the growing tips, one after the other, and redefine the grid.
 
@@ -36,12 +41,14 @@ def release(
         Direction of growth of each growing tip, by its name.
     tie : Tie, optional
         The tie of these tips, if they are in one: the grid then takes segments of equal lengths.
+    reseed : bool
+        Whether to create the material points of the new grid.
 
     Returns
     -------
     Body
-        Material points keep position, volume and state; a point that is cut by a new segment is
-        split in two.
+        Without `reseed`, material points keep position, volume and state; a point that is cut by a
+        new segment is split in two.
 
     Raises
     ------
@@ -54,28 +61,28 @@ def release(
     steps: list[Release] = []
     segments: dict[str, float] = {}
     spent = 0.0
-    refined = [np.empty(0, np.int64)]
+    changed = [np.empty(0, np.int64)]
     lengths: Mapping[str, float] = {}
     if tie is not None:
         for name in running:
-            mesh, parts = _refined(scene, mesh, tips[name])
-            refined.append(parts)
+            mesh, halves = _refined(scene, mesh, tips[name])
+            changed.append(halves)
         lengths = _equal_lengths(mesh, tips, running, tie)
     for name, direction in running.items():
         tip = tips[name]
         # A tip that grew before in this increment may have reached this one.
         if mesh.is_tip(tip.crack, tip.end):
-            mesh, parts = _refined(scene, mesh, tip)
-            refined.append(parts)
+            mesh, halves = _refined(scene, mesh, tip)
+            changed.append(halves)
             step = advance(mesh, tip.crack, tip.end, direction, lengths.get(name))
             mesh = step.triangulation
             segments[name] = step.length
-            spent += segments[name] * _toughness_of(mesh, step, body.materials.g_c)
+            spent += step.length * _toughness_of(mesh, step, body.materials.g_c)
             steps.append(step)
-    names = {(tip.crack, tip.end): tip.name for tip in body.grid.tips}
+    names = {(tip.crack, tip.end): name for name, tip in tips.items()}
     grid = named_grid(mesh, body.grid.element, names)
-    changed = np.unique(np.concatenate([*refined, *(step.changed for step in steps)]))
-    points, domains, quadrature = _split_points(scene, body, grid, changed, steps)
+    changed += [step.changed for step in steps]
+    parts = _split_points(scene, body, grid, np.unique(np.concatenate(changed)), steps, reseed)
     grown = Grown(
         quality=min(body.grown.quality, *(step.quality for step in steps)),
         deviation=max(step.deviation for step in steps),
@@ -83,12 +90,11 @@ def release(
         fracture_energy=body.grown.fracture_energy + spent,
     )
     cracks = LastCracks(mesh, grown)
-    met = _point_met(mesh, steps)
-    if met:
+    if met := _point_met(mesh, steps):
         raise RunEnded("met_point", met, cracks=cracks)
     try:
-        fixed = body.loading.fixed_names
-        return compose(scene, body.materials, mesh, grid, points, domains, quadrature, grown, fixed)
+        loads = body.loading.fixed_names
+        return compose(scene, body.materials, mesh, grid, *parts, grown, loads)
     except UnheldError as unheld:
         x, y = unheld.centre
         text = (
@@ -99,9 +105,16 @@ def release(
 
 
 def _split_points(
-    scene: Scene, body: Body, grid: Grid, changed: Ints, steps: Sequence[Release]
+    scene: Scene,
+    body: Body,
+    grid: Grid,
+    changed: Ints,
+    steps: Sequence[Release],
+    reseed: bool,
 ) -> tuple[MaterialPoints, ParticleDomains | None, Quadrature | None]:
     """Split the points that new segments cut, and find the triangles of all points."""
+    if reseed:
+        return seed(grid), None, None
     points, domains, quadrature = body.points, body.particle_domains, body.quadrature
     # With `transfer: paper` points are integrated without domains.
     if scene.growth is None or scene.growth.transfer != "paper":

@@ -35,7 +35,7 @@ TOLERANCE = 1e-6
 ELEMENTS_PER_TURN = 24
 # Triangles, and sides of a drawing, that gmsh meshes in half a second; more are meshed in a child
 # process, which can be ended and takes a tenth of a second more.
-AT_ONCE, MOST_SIDES = 2e4, 300
+AT_ONCE, MOST_SIDES = 3.5e4, 300
 MOST_ADDED = 2e5  # triangles that thin parts may add to a mesh at once: half a minute
 # Smallest distance of a cut by a box from other points, relative to the size of the body: a box
 # slightly larger than a side must not cause elements as small as the difference. Tractions are

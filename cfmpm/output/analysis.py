@@ -10,8 +10,6 @@ from cfmpm.output.variables import ARRIVED_FLAGS
 
 Floats = NDArray[np.float64]
 
-# Largest relative change that an estimate of first order gives the size of.
-FIRST_ORDER = 0.1
 # Smallest clearance for accurate results at a tip, in element sizes.
 LIGAMENT = 3.0
 
@@ -45,14 +43,13 @@ def before_arrival(x: Floats, y: Floats, h: Floats, status: Floats) -> NDArray[n
 
 
 def by_about(effect: float, name: str) -> str:
-    """State a relative change that is estimated to first order, as the quantity of a name.
+    """State a relative change by finite deformation, as the quantity of a name.
 
-    A large change is no small correction: its estimate says that there is one, not how large.
+    It is infinite where it may be large and was not found.
     """
-    size = f"{100.0 * effect:.2g} %"
-    if abs(effect) <= FIRST_ORDER:
-        return f"by about {size} ({name})"
-    return f"by {size} to first order ({name}; above {100 * FIRST_ORDER:g} % that is no size)"
+    if np.isinf(effect):
+        return f"by an amount that is not found ({name}: inf)"
+    return f"by about {100.0 * effect:.2g} % ({name})"
 
 
 def in_steps(where: NDArray[np.bool_]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,9 @@ from cfmpm.body import body as bodies
 from cfmpm.body.body import Body, Grown
 from cfmpm.body.grid import Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
-from cfmpm.body.points import DeformedPoints, MaterialPoints, seed
+from cfmpm.body.points import DeformedPoints, MaterialPoints
 from cfmpm.build import compose, materials_of
-from cfmpm.equilibrium.balance import Equilibrium
+from cfmpm.equilibrium.balance import Equilibrium, FiniteEffect
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
 from cfmpm.fracture.fatigue import Progress
 from cfmpm.fracture.growth import Decision
@@ -51,9 +51,11 @@ class Start:
 
 
 # Version of the file layout.
-FORMAT = 8
-# Fields of `Motion` that do not follow from the reference configuration.
+FORMAT = 9
+# Fields of `Motion` that do not follow from the grid of the reference configuration, and those of
+# the points there.
 MOTION = ("displacement", "triangle", "base", "smoothed")
+REFERENCE = ("position", "element")
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -191,8 +193,9 @@ def _start(arrays: Arrays, texts: dict[str, Any]) -> Start:
     body, balance = _read_body(arrays, texts, record), _read_balance(arrays, texts["balance"])
     if balance is not None:
         require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
-        if len(balance.finite_effect_J) not in (0, len(body.grid.tips)):
-            raise ValueError("finite_effect_J counts other tips")
+        effect = balance.finite_effect
+        if effect is not None and len(effect.J) not in (0, len(body.grid.tips)):
+            raise ValueError("finite_effect counts other tips")
     if not 0 <= texts["level"] < len(load_levels(record.full)):
         raise ValueError("level counts what is not there")
     step = len(record.steps) + 1
@@ -218,7 +221,10 @@ def _numbers(balance: Equilibrium | None) -> dict[str, Any] | None:
         return None
     values = {field.name: getattr(balance, field.name) for field in fields(balance)}
     tables = np.ndarray, MaterialPoints
-    return {name: value for name, value in values.items() if not isinstance(value, tables)}
+    words = {name: value for name, value in values.items() if not isinstance(value, tables)}
+    if balance.finite_effect is not None:
+        words["finite_effect"] = asdict(balance.finite_effect)
+    return words
 
 
 def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium | None:
@@ -229,8 +235,12 @@ def _read_balance(arrays: Arrays, numbers: dict[str, Any] | None) -> Equilibrium
         name: arrays[f"balance.{name}"] for name in names if f"balance.{name}" in arrays
     }
     columns["points"] = _table(arrays, "balance.points", DeformedPoints)
-    lists = {name: tuple(numbers[name]) for name in ("residuals", "finite_effect_J")}
-    return Equilibrium(**{**numbers, **lists, **columns})
+    columns["residuals"] = tuple(numbers["residuals"])
+    effect = numbers["finite_effect"]
+    if effect is not None:
+        tips = tuple(tuple(tip) for tip in effect["J"])
+        columns["finite_effect"] = FiniteEffect(tuple(effect["energy"]), tips, effect["least"])
+    return Equilibrium(**{**numbers, **columns})
 
 
 def _table(arrays: Arrays, prefix: str, kind: Any) -> Any:
@@ -275,7 +285,7 @@ def _motion(body: Body) -> Arrays:
     """The data of a body's motion that do not follow from its reference configuration."""
     if body.motion is None:
         return {}
-    kept = {f"motion.{name}": getattr(body.motion, name) for name in MOTION}
+    kept = {f"motion.{name}": getattr(body.motion, name) for name in (*MOTION, *REFERENCE)}
     return {"grid.nodes": body.grid.nodes, **kept}
 
 
@@ -296,7 +306,9 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
     materials = materials_of(record.full, mesh.region_names)
     quadrature = _table(arrays, "quadrature", Quadrature)
     if record.full.formulation == "updated":
-        whole = compose(record.full, materials, mesh, grid, seed(grid), fixed=texts["fixed_loads"])
+        first = replace(points, **{name: arrays[f"motion.{name}"] for name in REFERENCE})
+        grown, fixed = Grown(**texts["grown"]), texts["fixed_loads"]
+        whole = compose(record.full, materials, mesh, grid, first, grown=grown, fixed=fixed)
         body = reset.begin(whole, record.full)
         require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
         kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}

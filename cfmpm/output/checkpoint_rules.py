@@ -43,6 +43,8 @@ _TABLES: dict[str, tuple[str, tuple[str | int, ...], str]] = {
     "balance.points.energy": (_FLOAT, ("s",), ""),
     "balance.points.internal_variables": (_FLOAT, ("s", "h"), ""),
     "grid.nodes": (_FLOAT, ("g", 2), ""),
+    "motion.position": (_FLOAT, ("p", 2), ""),
+    "motion.element": (_INDEX, ("p",), "m"),
     "motion.displacement": (_FLOAT, ("l", 2), ""),
     "motion.triangle": (_INDEX, ("l",), "t"),
     "motion.base": (_FLOAT, ("b", 2, 2), ""),
@@ -96,6 +98,12 @@ class _DecisionWords(_Words):
     ties: list[_TieWords]
 
 
+class _EffectWords(_Words):
+    energy: tuple[float, float]
+    J: list[tuple[float, float]]
+    least: float
+
+
 class _BalanceWords(_Words):
     contact_pairs: int
     residual_norm: float
@@ -106,8 +114,7 @@ class _BalanceWords(_Words):
     load_factor: float
     finite: bool
     parts: None
-    finite_effect: float
-    finite_effect_J: list[float]
+    finite_effect: _EffectWords | None
     external_work: float
     newton_iterations: int
     substeps: int

@@ -10,7 +10,8 @@ from cfmpm.body.body import Body
 from cfmpm.body.materials import LOCKING
 from cfmpm.body.tip_domains import FILL
 from cfmpm.equilibrium.balance import Equilibrium
-from cfmpm.mechanics import NEGLIGIBLE, load_levels
+from cfmpm.fracture.finite_effect import NEGLIGIBLE
+from cfmpm.mechanics import effects, load_levels
 from cfmpm.meshing import resolved_grading
 from cfmpm.output.analysis import by_about
 from cfmpm.registry.laws import LAWS
@@ -79,7 +80,7 @@ def choices(scene: Scene, body: Body, balance: Equilibrium) -> dict[str, Any]:
     -------
     dict of str to value
     """
-    grading, kinematics = resolved_grading(scene), _kinematics(scene, balance)
+    grading, kinematics = resolved_grading(scene), _kinematics(scene, body, balance)
     notes: dict[str, Any] = {
         "formulation": _formulation(scene) + kinematics,
         "kinematics": kinematics,
@@ -116,7 +117,7 @@ def _formulation(scene: Scene) -> str:
     if scene.formulation == "total":
         return "total Lagrangian, "
     reset = {
-        "fixed": "a grid that is reset after every load step; no contact of crack faces",
+        "fixed": "a grid that is reset after every step; no contact of crack faces",
         "following": "a grid that follows the boundary, crack faces and tips",
     }[scene.updated.grid]
     summed = {"points": "material points", "domains": "exact particle domains"}
@@ -136,31 +137,32 @@ def _why_small(scene: Scene) -> str:
     )
 
 
-def _kinematics(scene: Scene, balance: Equilibrium) -> str:
+def _kinematics(scene: Scene, body: Body, balance: Equilibrium) -> str:
     """Describe the kinematics, who chose them, and the estimated effect of finite deformation."""
     if balance.finite:
         chosen = ""
         if scene.kinematics == "auto":
-            chosen = f", chosen by kinematics: auto since {_why_finite(scene, balance)}"
+            chosen = f", chosen by kinematics: auto since {_why_finite(scene, body, balance)}"
         return f"finite deformation{chosen}: Newton's method in load steps along stable states"
     return (
-        "small strain: one linear solve per step; finite_effect and finite_effect_J estimate the "
-        "change of energy and of J by finite deformation"
+        "small strain: one linear solve per step; finite_effect and finite_effect_J are what "
+        "finite deformation would change in energy and in J"
     )
 
 
-def _why_finite(scene: Scene, balance: Equilibrium) -> str:
+def _why_finite(scene: Scene, body: Body, balance: Equilibrium) -> str:
     """The reason for finite deformation."""
-    largest = max(map(abs, load_levels(scene)))
-    effects = {
-        "the strain energy": (balance.finite_effect, "finite_effect"),
-        "J": (max(np.nan_to_num(balance.finite_effect_J), key=abs, default=0.0), "finite_effect_J"),
-    }
+    of_energy, of_J = [0.0], [0.0]
+    for level in load_levels(scene):
+        energy, J = effects(body, balance, level)
+        of_energy.append(energy)
+        of_J += J[~np.isnan(J)].tolist()
+    found = {"the strain energy": (of_energy, "finite_effect"), "J": (of_J, "finite_effect_J")}
     said = [
-        f"{what} {by_about(largest * effect, name)}"
-        for what, (effect, name) in effects.items()
-        if largest * abs(effect) > NEGLIGIBLE
+        f"{what} {by_about(max(values, key=abs), name)}"
+        for what, (values, name) in found.items()
+        if max(map(abs, values)) > NEGLIGIBLE
     ]
     if said:
-        return f"it changes {' and '.join(said)} at the largest load (limit {100 * NEGLIGIBLE:g} %)"
+        return f"it changes {' and '.join(said)} in a load step (limit {100 * NEGLIGIBLE:g} %)"
     return "some load factors are negative, under which crack faces may close or open"

@@ -18,7 +18,7 @@ from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture import fatigue, stability
 from cfmpm.fracture.growth import Decision
 from cfmpm.fracture.relieved import relieved_nodes
-from cfmpm.mechanics import effect_scale
+from cfmpm.mechanics import effects
 from cfmpm.output import choices, invariants, variables
 from cfmpm.output.external_work import conjugates, released, work_after
 from cfmpm.output.history import StepRecord, build_history
@@ -117,12 +117,14 @@ class Record:
             name: np.asarray(value) * scale ** variables.LOAD_POWER.get(name, 0)
             for name, value in values.items()
         }
+        values["finite_effect"], effect_J = effects(body, balance, factor)
         for name, found in (
             ("clearance", [domain.clearance for domain in body.tip_domains]),
             ("tip_size", [tip.h for tip in body.grid.tips]),
+            ("finite_effect_J", effect_J),
         ):
             values[name] = np.full(len(self.origin.tips), np.nan)
-            values[name][rows] = found
+            values[name][rows if len(found) else []] = found
         last = self.steps[-1] if self.steps else None
         values["jump"] = float(self._jumped(values["tip_status"]))
         values["released_energy"] = released(self.steps, body, balance, factor)
@@ -343,7 +345,6 @@ def _of_body(body: Body, balance: Equilibrium) -> dict[str, Any]:
         "newton_iterations": balance.newton_iterations,
         "substeps": balance.substeps,
         "unstable_points": balance.unstable_points,
-        "finite_effect": balance.finite_effect * abs(effect_scale(body, balance)),
         "residual_norm": balance.residual_norm,
         "force_imbalance": invariants.force_imbalance(body, balance),
         "free_parts": len(loading.holds.free_parts),

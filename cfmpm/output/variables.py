@@ -87,8 +87,9 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "finite_effect_J": (
         TIP,
         "1",
-        "estimated relative change of J by finite deformation, if neglected, which is twice that "
-        "of K; nan where strain is too small for it to be felt",
+        "relative change of J by finite deformation, if neglected, which is twice that of K: "
+        "estimated up to 0.01, infinite where it may be larger and is not found; nan where "
+        "strain is too small for it to be felt",
     ),
     "critical_load_factor": (TIP, "1", "load factor at which G_kink reaches g_c"),
     "domain_radius": (RADIUS, "mm", "radius used for the domain"),
@@ -124,7 +125,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "finite_effect": (
         STEP,
         "1",
-        "estimated relative change of the strain energy by finite deformation, if neglected",
+        "relative change of the strain energy by finite deformation, if neglected: estimated up to "
+        "0.01, infinite where it may be larger and is not found",
     ),
     "residual_norm": (STEP, "1", "largest unbalanced force over the largest nodal force"),
     "force_imbalance": (
@@ -185,7 +187,7 @@ OF_FATIGUE = {
 LOAD_POWER = {
     **dict.fromkeys(("K_I", "K_II", "T_stress", "min_opening"), 1),
     **dict.fromkeys(("K_I_radius", "K_II_radius", "T_stress_radius"), 1),
-    **dict.fromkeys(("contact_pressure", "finite_effect", "finite_effect_J"), 1),
+    "contact_pressure": 1,
     **dict.fromkeys(("reaction_x", "reaction_y", "displacement_x", "displacement_y"), 1),
     "displacement": 1,
     **dict.fromkeys(("cf_x", "cf_y", "cf_norm", "cf_tip_x", "cf_tip_y", "cf_norm_radius"), 2),

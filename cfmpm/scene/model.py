@@ -128,7 +128,7 @@ class Scene(Model):
     formulation: Literal["total", "updated"] = Field(
         "total",
         description="total: the grid is the reference configuration; updated: the grid is reset "
-        "after every load step, as in the paper",
+        "after every load step and every segment release, as in the paper",
     )
     updated: Updated = Field(Updated(), description="options of formulation: updated")
     loads: list[Load] = Field(

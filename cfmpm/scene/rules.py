@@ -319,7 +319,13 @@ def _formulation(scene: Scene) -> Iterator[Finding]:
     if scene.kinematics != "finite":
         yield "formulation", "updated needs kinematics: finite; at small strain no grid is reset"
     if scene.growth is not None:
-        yield "formulation", "updated does not go with growth; use formulation: total"
+        fitting = {"points": "paper", "domains": "domains"}[scene.updated.integration]
+        if scene.growth.transfer != fitting:
+            yield (
+                "growth.transfer",
+                f"{scene.growth.transfer} does not go with updated.integration: "
+                f"{scene.updated.integration}; use {fitting}, or the other integration",
+            )
     element = find_element(scene.mesh.element)
     if scene.updated.ghost and not element.constant_gradients:
         yield "updated.ghost", "needs mesh.element: T3, whose gradients are constant"

@@ -10,12 +10,13 @@ import numpy as np
 from cfmpm.body.body import Body
 from cfmpm.body.grid import Floats, Grid, Ints
 from cfmpm.body.loads import NodalLoads, hold_nodes
-from cfmpm.body.motion import Motion, nearest_filled
+from cfmpm.body.motion import Motion
 from cfmpm.body.points import locate
 from cfmpm.body.rigid_motions import Holds
 from cfmpm.body.springs import Springs, ghost, supports
 from cfmpm.errors import SolveError
 from cfmpm.kernels import assembly
+from cfmpm.updated import tracers
 from cfmpm.updated.grids import (
     are_filled,
 )
@@ -48,14 +49,15 @@ def load_grid(body: Body, motion: Motion) -> Body:
     place = motion.triangle.copy()
     astray = np.flatnonzero(motion.smoothed) if not motion.reset.fixed else np.arange(len(place))
     if motion.resets and astray.size:
-        place[astray] = locate(grid, motion.tracers[astray], place[astray])
+        place[astray] = tracers.placed(grid, motion, astray)
         if (place < 0).any():
             x, y = motion.tracers[np.argmin(place)]
             raise SolveError(
                 f"the body has left the grid at ({x:.6g}, {y:.6g}) mm; increase updated.margin"
             )
     # Beyond the triangles with material the field of the nearest one is extrapolated.
-    motion = replace(motion, triangle=place, carrier=nearest_filled(grid, filled)[place])
+    motion = replace(motion, triangle=place)
+    motion = replace(motion, carrier=tracers.carriers(grid, motion, filled))
     if motion.reset.fixed:
         loading = replace(
             loading,
@@ -108,7 +110,7 @@ def _holes(grid: Grid, motion: Motion, element: Ints) -> int:
 
     T3 needs one point for its stiffness, T6 three; with fewer it is a mechanism.
     """
-    seeded = np.bincount(motion.element).max()
+    seeded = len(grid.element.points)
     hollow = np.flatnonzero(np.bincount(element, minlength=len(grid.elements)) < seeded)
     middle = grid.nodes[grid.triangles[hollow]].mean(axis=1)
     material = replace(motion.reference, nodes=motion.tracers)

@@ -13,7 +13,6 @@ from cfmpm.body.motion import Motion
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.equilibrium.contact import CrackFaces
 from cfmpm.fracture import cf
-from cfmpm.kernels import finite
 from cfmpm.updated.grids import (
     everywhere,
 )
@@ -97,37 +96,6 @@ def in_reference(
             contact_force=np.zeros_like(force) if motion.reset.fixed else balance.contact_force,
         ),
     )
-
-
-def material_force(body: Body, balance: Equilibrium) -> Floats:
-    """Sum the configurational force at the nodes of the reference grid [N/mm], (n, 2).
-
-    CF_I = - sum_p (W I - F^T P) dS_I/dX V_p. Its sum over a disc in the reference configuration is
-    the domain integral of the material. `finite.configurational_force` uses H in place of F, which
-    is the same in equilibrium on the grid of the solve; here the internal force is not zero.
-
-    Parameters
-    ----------
-    body : Body
-    balance : Equilibrium
-        Both from `in_reference`.
-    """
-    motion = body.motion
-    assert motion is not None
-    grid, points = body.grid, balance.points
-    loads = body.loading.at(balance.load_factor)
-    nodal = cf.finite_nodal_force(grid, points, motion.gradients, loads.body_force)
-    internal = finite.internal_force(
-        grid.elements,
-        len(grid.nodes),
-        points.element,
-        motion.gradients,
-        points.volume,
-        points.displacement_gradient,
-        points.stress,
-    )
-    applied = loads.force + balance.contact_force
-    return nodal + internal - applied
 
 
 def compare(body: Body, gradients: Floats, balance: Equilibrium) -> dict[str, Floats]:

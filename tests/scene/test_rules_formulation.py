@@ -16,9 +16,20 @@ REFUSED = [
     ("updated: {grid: following}\n", "updated", "needs formulation: updated"),
     ("formulation: updated\n", "formulation", "needs kinematics: finite"),
     (
-        UPDATED + "growth: {direction: cf}\n",
-        "formulation",
-        "updated does not go with growth",
+        UPDATED + T3 + "growth: {direction: cf}\n",
+        "growth.transfer",
+        "domains does not go with updated.integration: points; use paper",
+    ),
+    (
+        UPDATED + T3 + "updated: {integration: domains}\n"
+        "growth: {direction: cf, transfer: paper}\n",
+        "growth.transfer",
+        "paper does not go with updated.integration: domains; use domains",
+    ),
+    (
+        UPDATED + T3 + "growth: {direction: cf, transfer: paper, control: crack}\n",
+        "growth.control",
+        "crack needs kinematics: small",
     ),
     (UPDATED + "updated: {grid: following}\n", "updated.grid", "following needs mesh.element: T3"),
     (UPDATED + "updated: {integration: domains}\n", "updated.integration", "domains needs mesh"),

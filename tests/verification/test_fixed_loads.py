@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from cfmpm import simulation, steps
 from cfmpm.equilibrium.newton import RESIDUAL
-from cfmpm.mechanics import NEGLIGIBLE
+from cfmpm.fracture.finite_effect import NEGLIGIBLE
 from cfmpm.output.checkpoint import Start, read_checkpoint
 from cfmpm.output.fields import build_fields
 from cfmpm.output.record import Record

@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from cfmpm.fracture.finite_effect import NEGLIGIBLE
 from cfmpm.fracture.ties import grid_error
-from cfmpm.mechanics import NEGLIGIBLE
 from cfmpm.output.analysis import (
-    FIRST_ORDER,
     LIGAMENT,
     Floats,
     before_arrival,
@@ -25,6 +24,8 @@ from cfmpm.registry.laws import LAWS
 from cfmpm.scene.growth import Growth
 from cfmpm.scene.model import Scene
 
+# Effect of finite deformation above which small strain is no approximation of it.
+FAR = 0.1
 # Largest ratio of the element size at a tip to that at the start without a warning.
 COARSER = 3.0
 # Largest relative difference of J between domain radii without a warning. A difference below NO_J
@@ -103,7 +104,7 @@ def _way_to_k(effect: float, in_J: float, *, backwards: bool) -> str:
     backwards : bool
         Whether a load factor is negative, which small strain does not take.
     """
-    if np.fmax(effect, in_J) > FIRST_ORDER:
+    if np.fmax(effect, in_J) > FAR:
         return "A smaller load keeps K: at this one small strain is no approximation"
     if backwards:
         return "kinematics: small gives K for each sense of the load alone, in a run of its own"

@@ -33,7 +33,8 @@ def pulled(by: float, steps: int, **updated: Any) -> dict[str, Any]:
 def test_faces_that_overlap_on_a_fixed_grid() -> None:
     part = "its faces overlap by up to"
     text = the_warning(pulled(-20, 4, grid="fixed"), part)
-    assert re.match(r"crack_1: in 3 of the steps 1 to 4 its faces overlap by up to 5\.\d mm", text)
+    # As far as the ends are pressed together: nothing resists it.
+    assert re.match(r"crack_1: in steps 1 to 4 its faces overlap by up to 2\d mm", text)
     assert "updated.grid: following has it" in text
     following = solved(pulled(-20, 4, grid="following"))
     assert part not in following.attrs["warnings"]
@@ -53,7 +54,7 @@ def test_triangles_without_a_point() -> None:
 def test_a_tip_that_drifts() -> None:
     part = "(tip_drift)"
     text = the_warning(pulled(100, 8, grid="fixed"), part)
-    assert text.startswith("crack_1: in steps 6 to 8 the crack tip of the grid is up to 2.")
+    assert text.startswith("crack_1: in steps 7 to 8 the crack tip of the grid is up to 1.")
     following = solved(pulled(100, 8, grid="following"))
     assert part not in following.attrs["warnings"]
     assert float(following["tip_drift"].max()) < 1e-9
@@ -63,9 +64,9 @@ def test_forces_on_grid_and_material_that_differ() -> None:
     """Without resets the force at the tip is J, as it is where the grid follows."""
     part = "(cf_norm_grid)"
     text = the_warning(pulled(100, 8, grid="fixed"), part)
-    assert text.startswith("crack_1: in steps 2 to 8 the configurational force on the grid")
+    assert text.startswith("crack_1: in steps 3 to 7 the configurational force on the grid")
     apart = number_behind(text, "from that on the material by up to")
-    assert 10.0 < apart < 50.0
+    assert 5.0 < apart < 20.0
     assert "formulation: total does not reset the grid" in text
     total = solved(pulled(100, 8))
     assert part not in total.attrs["warnings"]
@@ -92,12 +93,12 @@ def test_points_that_are_crushed() -> None:
     walls = [{"edge": side, "displacement": {"x": 0}} for side in ("left", "right")]
 
     def pressed(**updated: Any) -> dict[str, Any]:
-        scene = pulled(-125, 5, **updated)
+        scene = pulled(-125, 8, **updated)
         return scene | {"loads": [*scene["loads"], *walls]}
 
     part = "(min_det_F)"
     text = the_warning(pressed(grid="fixed"), part)
-    assert re.match(r"in step 5 a material point has lost up to 5\d % of its volume", text)
+    assert re.match(r"in steps 7 to 8 a material point has lost up to 5\d % of its volume", text)
     assert "formulation: total, which does not reset the grid, shows which" in text
     total = solved(pressed())
     assert total.attrs["run_status"] == "solved"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import random
 import re
-import resource
 import shutil
 import signal
 import subprocess
@@ -186,14 +185,10 @@ def test_a_shipped_study_by_its_file(snakemake, checkout) -> None:
     assert len(messages) == 5  # 200 members in batches of 50
 
 
-def test_all_shipped_studies_are_planned_quickly(snakemake, checkout) -> None:
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+def test_all_shipped_studies_are_planned(snakemake, checkout) -> None:
     done = snakemake("studies", "--dry-run", folder=checkout)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     gathered = [one for one in jobs(done.stdout + done.stderr) if one.startswith("Gathering")]
     assert len(gathered) == len(list((checkout / "configs" / "studies").glob("*.yaml")))
-    # Processor time, for the machine may have other work.
-    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 5.0
 
 
 def test_planning_a_study_loads_neither_numba_nor_gmsh(checkout) -> None:
