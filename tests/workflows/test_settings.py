@@ -105,7 +105,7 @@ def test_sizes_of_the_near_miss_are_those_of_the_variants(config, without):
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("drawn", [384, 500], "T3: figures and claims need 500"),
+        ("drawn", ["T3_384", "T3_500"], "grids: figures and claims need T3_500"),
         ("swept", [384, 500], "T3: figures and claims need 500"),
         ("swept", [384], "swept"),
         ("domain_radius", 55.0, "radii: figures and claims need 55.0"),

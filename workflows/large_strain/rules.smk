@@ -9,7 +9,7 @@ contribute(
             "CF up to an elongation of 50 % beside an analytical solution",
         )
     },
-    {"computation": "large_strain_data", "figures": "large_strain"},
+    {"computation": ["large_strain_data"], "figures": ["large_strain"]},
     SETTINGS.large_strain,
 )
 

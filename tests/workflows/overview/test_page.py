@@ -95,8 +95,8 @@ def parts(tmp_path):
                 for film in films
             ],
             "benchmarks": {
-                "computation": str(configs / "data.tsv"),
-                "figures": str(configs / "drawing.tsv"),
+                "computation": [str(configs / "data.tsv")],
+                "figures": [str(configs / "drawing.tsv")],
             },
             "scene": str(configs / "scene.yaml"),
             "study": str(configs / "scene.yaml"),
