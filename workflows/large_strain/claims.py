@@ -111,6 +111,11 @@ def agrees(e: Evidence) -> Claim:
     )
 
 
+def _end(e: Evidence, variant: str) -> str:
+    """Elongation at the end of a path."""
+    return f"{100 * curve(e.curves, variant).elongation[-1]:.0f} %"
+
+
 def _end_of_fem() -> float:
     return float(fem("hencky", "T6", 4.0).elongation[-1])
 
@@ -139,9 +144,8 @@ def numerical_fracture(e: Evidence) -> Claim:
         + " triangles inside have lost their point",
         held="yes" if beyond and not early else "in part" if beyond else "no",
         test="a run that ends before its load does so beyond 50 %, for each number of steps",
-        best="never reset, the same grid goes to "
-        f"{100 * curve(e.curves, 'hencky_uniform').elongation[-1]:.0f} % by Hencky's law; "
-        f"Ciarlet's law, T6 graded, to {100 * curve(e.curves, 'ciarlet_T6_0.5').elongation[-1]:.0f} %",
+        best=f"never reset, the same grid goes to {_end(e, 'hencky_uniform')} by Hencky's law; "
+        f"Ciarlet's law, T6 graded, to {_end(e, 'ciarlet_T6_0.5')}",
         sentence="Numerical fracture comes beyond 50 % in one load step "
         f"({100 * furthest[1]:.0f} %), but at {100 * min(earliest[n] for n in early):.0f} % and "
         "more as soon as the grid is reset."

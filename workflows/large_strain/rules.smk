@@ -19,9 +19,7 @@ contribute(
         "figures": ["large_strain"],
     },
     PULLED,
-    extra={
-        "large_strain_laws": "laws, formulations and grids up to twice the length"
-    },
+    extra={"large_strain_laws": "laws, formulations and grids up to twice the length"},
 )
 
 
