@@ -86,8 +86,8 @@ def release(
     parts = _split_points(scene, body, grid, np.unique(np.concatenate(changed)), steps, reseed)
     grown = Grown(
         quality=min(body.grown.quality, *(step.quality for step in steps)),
-        deviation=max(step.deviation for step in steps),
         segments=segments,
+        deviations={name: step.deviation for name, step in zip(segments, steps, strict=True)},
         fracture_energy=body.grown.fracture_energy + spent,
     )
     cracks = LastCracks(mesh, grown)

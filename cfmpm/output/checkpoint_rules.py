@@ -63,8 +63,8 @@ class _Words(BaseModel):
 
 class _GrownWords(_Words):
     quality: float
-    deviation: float
     segments: dict[str, float]
+    deviations: dict[str, float]
     fracture_energy: float
 
 
