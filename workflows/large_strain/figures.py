@@ -15,7 +15,7 @@ from cfmpm.plotting.style import BLACK, GREY, panels
 from workflows.large_strain.datasets import G_AT_10, curve, fem, lefm, modulus, of_fem, reached
 
 # Width of a page in print: 170 mm [inch].
-WIDE = 6.7
+WIDE = 6.6
 # Of the paper's Fig. 8 [MPa].
 LARGEST_LOAD = 1e5
 TOTAL = "total Lagrangian, same grid"
