@@ -116,7 +116,7 @@ def _draw_reached(axes: Axes, cases: xr.Dataset) -> None:
     """Elongation at the last stable state against that asked for."""
     axes.plot([0.0, 53.0], [0.0, 53.0], color=GREY, lw=0.9, zorder=0)
     said: dict[str, Any] = {"rotation": 45, "rotation_mode": "anchor", "color": GREY}
-    axes.annotate("reached", (17.0, 18.5), fontsize=7, **said)
+    axes.annotate("reached", (41.0, 43.0), fontsize=7, **said)
     axes.annotate("numerical fracture", (33.0, 27.5), va="top", fontsize=7, **said)
     for k, number in enumerate(cases.steps.values):
         one = cases.sel(steps=number)
