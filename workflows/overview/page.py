@@ -205,11 +205,11 @@ def _claims(
 
 
 def _of_figures(claim: Claim, *, linked: bool) -> str:
+    # Figures beyond the paper have names.
+    texts = {name: html.escape(name.replace("_", " ")) for name in claim.figures.split()}
     if not linked:
-        return html.escape(claim.figures)
-    return " ".join(
-        f'<a href="#{place_of(name)}">{html.escape(name)}</a>' for name in claim.figures.split()
-    )
+        return ", ".join(texts.values())
+    return ", ".join(f'<a href="#{place_of(name)}">{text}</a>' for name, text in texts.items())
 
 
 def _link(path: Path, folder: Path) -> str:
