@@ -64,6 +64,7 @@ def compose(
     quadrature: particle_domains.Quadrature | None = None,
     grown: Grown = NOTHING_GROWN,
     fixed: Collection[str] = (),
+    paired: Ints | None = None,
 ) -> Body:
     """Assemble a body from its parts, with loads, tip domains and quadrature points.
 
@@ -75,6 +76,8 @@ def compose(
         As in `Body`.
     fixed : collection of str
         As in `build`.
+    paired : (m,) int, optional
+        Patch of each triangle, if elements lock; by default they are paired here.
 
     Returns
     -------
@@ -91,6 +94,7 @@ def compose(
     floating, empty = _without_points(grid, integration.element)
     loading = apply_loads(scene.loads, true_sides(scene), grid, integration, fixed)
     radii, growing = scene.fracture.radii, scene.growth is not None
+    may_lock = grid.element.locks and bool(materials.locks.any())
     return Body(
         materials=materials,
         triangulation=triangulation,
@@ -100,7 +104,7 @@ def compose(
         quadrature=quadrature,
         loading=hold_nodes(loading, floating),
         tip_domains=tuple(choose_domains(grid, tip, radii, growing=growing) for tip in grid.tips),
-        patches=build_patches(grid) if grid.element.locks and materials.locks.any() else None,
+        patches=build_patches(grid, paired) if may_lock else None,
         grown=grown,
         empty_elements=empty,
         floating_nodes=len(floating),

@@ -11,12 +11,16 @@ from typing import NoReturn
 REQUESTS = (signal.SIGINT, signal.SIGTERM)
 
 
+class TerminationError(KeyboardInterrupt):
+    """SIGTERM, which ends a run as Ctrl-C does, with another exit status."""
+
+
 @contextmanager
 def terminated_as_interrupted() -> Iterator[None]:
-    """Let SIGTERM raise KeyboardInterrupt, as Ctrl-C does, within the ``with`` block."""
+    """Let SIGTERM raise a KeyboardInterrupt, as Ctrl-C does, within the ``with`` block."""
 
     def interrupt(number: int, frame: object) -> NoReturn:
-        raise KeyboardInterrupt
+        raise TerminationError
 
     before = signal.signal(signal.SIGTERM, interrupt)
     try:

@@ -25,18 +25,18 @@ class Grown:
     ----------
     quality : float
         Quality of the worst triangle changed so far; 1 equilateral, 0 degenerate.
-    deviation : float
-        Largest angle between a segment just released and the direction of growth [deg].
     segments : dict of str to float
         Lengths of the segments just released, by the name of the tip [mm].
+    deviations : dict of str to float
+        Angles between the segments just released and their directions of growth, likewise [deg].
     fracture_energy : float
         Fracture energy so far: the sum of length times g_c over all segments, with the smaller g_c
         on an interface [N]; nan without g_c.
     """
 
     quality: float = 1.0
-    deviation: float = 0.0
     segments: Mapping[str, float] = field(default_factory=dict)
+    deviations: Mapping[str, float] = field(default_factory=dict)
     fracture_energy: float = 0.0
 
 

@@ -33,12 +33,14 @@ class Patches:
     nodes: Ints
 
 
-def build_patches(grid: Grid) -> Patches:
+def build_patches(grid: Grid, paired: Ints | None = None) -> Patches:
     """Join triangles in pairs if single ones lock; else each triangle is a patch.
 
     Parameters
     ----------
     grid : Grid
+    paired : (m,) int, optional
+        Patch of each triangle, from `paired_triangles`, by default without a grid before.
 
     Returns
     -------
@@ -47,15 +49,56 @@ def build_patches(grid: Grid) -> Patches:
     """
     if not grid.element.locks:
         return Patches(np.arange(len(grid.elements)), grid.elements)
-    of_triangle = kernels.pair_triangles(
-        grid.nodes, np.ascontiguousarray(grid.triangles), grid.twins, grid.regions
-    )
+    of_triangle = paired_triangles(grid) if paired is None else paired
     n_nodes = len(grid.nodes)
     patch, node = np.divmod(np.unique(of_triangle[:, None] * n_nodes + grid.elements), n_nodes)
     start = np.searchsorted(patch, np.arange(of_triangle.max() + 2))
     count = np.diff(start)
     column = np.minimum(np.arange(count.max()), count[:, None] - 1)
     return Patches(of_triangle, node[start[:-1, None] + column])
+
+
+def paired_triangles(grid: Grid, before: Ints | None = None) -> Ints:
+    """Join triangles in pairs, and what is left over with a pair.
+
+    Parameters
+    ----------
+    grid : Grid
+    before : (k,) int, optional
+        Patches of the first triangles of the grid, as before a crack has grown. What of a patch is
+        still connected stays together: else a cut would pair triangles anew all over the body,
+        which changes the strain energy by up to a per cent on a coarse grid.
+
+    Returns
+    -------
+    (m,) int
+        Patch of each triangle, numbered by their first triangles.
+    """
+    patch = np.full(len(grid.triangles), -1)
+    if before is not None:
+        patch[: len(before)] = _connected(grid, before)
+    kernels.pair_triangles(
+        grid.nodes, np.ascontiguousarray(grid.triangles), grid.twins, grid.regions, patch
+    )
+    _, first = np.unique(patch, return_index=True)
+    return np.argsort(np.argsort(first))[patch]
+
+
+def _connected(grid: Grid, before: Ints) -> Ints:
+    """Patches of which two or more triangles are connected, numbered anew; -1 elsewhere, (k,)."""
+    k = len(before)
+    joined = (grid.twins[:k] >= 0) & (grid.twins[:k] < 3 * k)
+    other = np.where(joined, grid.twins[:k] // 3, 0)
+    joined &= (before[other] == before[:, None]) & (grid.regions[other] == grid.regions[:k, None])
+    least, moving = np.arange(k), True
+    while moving:
+        across = np.where(joined, least[other], k).min(axis=1)
+        moving = bool((across < least).any())
+        least = np.minimum(least, across)
+    patch = np.full(k, -1)
+    kept = np.bincount(least, minlength=k)[least] > 1
+    patch[kept] = np.unique(least[kept], return_inverse=True)[1]
+    return patch
 
 
 def patch_of(patches: Patches | None, points: MaterialPoints) -> Ints:

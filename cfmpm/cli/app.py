@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,6 +15,7 @@ from typer.core import TyperGroup
 
 from cfmpm._version import __version__
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
+from cfmpm.interruption import TerminationError
 
 if TYPE_CHECKING:
     from cfmpm.output.record import Record
@@ -24,7 +26,9 @@ if TYPE_CHECKING:
     Observe = Callable[[State, Record], None]
 
 log = logging.getLogger(__name__)
-WRONG_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+WRONG_INPUT, FAILED = 2, 1
+# As of a command that a signal ends: 128 and its number, 130 or 143.
+INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 # What values show that cannot be.
 _OF_DAMAGE = (
     *(ArithmeticError, AssertionError, AttributeError, LookupError),
@@ -47,6 +51,8 @@ def _told(error: BaseException) -> tuple[str, int]:
             return f"cfmpm: cannot write{place}: {error.strerror or error}", FAILED
         case MemoryError():
             return "cfmpm: not enough memory; use a larger mesh.size, or solver: amg", FAILED
+        case TerminationError():
+            return "cfmpm: interrupted", TERMINATED
         case KeyboardInterrupt():
             return "cfmpm: interrupted", INTERRUPTED
     return f"cfmpm: {error}", FAILED
@@ -219,7 +225,7 @@ def writable(output: Path | None, default: Path) -> Path:
         If it is something else than a folder, or cannot be made or written.
     """
     folder = default if output is None else output
-    reason = _why_unwritable(folder)
+    reason = why_unwritable(folder)
     if reason and output is None:
         raise SceneError([Problem(f"{reason}; give another folder by --output", file=str(folder))])
     if reason:
@@ -227,7 +233,7 @@ def writable(output: Path | None, default: Path) -> Path:
     return folder
 
 
-def _why_unwritable(folder: Path) -> str:
+def why_unwritable(folder: Path) -> str:
     """Why a folder cannot be made or written; empty if it can."""
     try:
         os.stat(folder)

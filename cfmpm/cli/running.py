@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -25,6 +25,7 @@ from cfmpm.cli.app import (
     read_overrides,
     readable,
     told_as_damage,
+    why_unwritable,
     writable,
 )
 from cfmpm.errors import Problem, SceneError, SolveError
@@ -102,8 +103,11 @@ def resume(
     overrides = read_overrides(set_)
     if not readable(result).is_dir():
         raise SceneError([Problem("no such result; cfmpm run makes one", file=str(result))])
-    with held(result):
-        checkpoint = result / CHECKPOINT
+    checkpoint, unwritable = result / CHECKPOINT, why_unwritable(result)
+    if unwritable and checkpoint.exists():
+        reason = f"{unwritable}; copy it elsewhere, and resume the copy"
+        raise SceneError([Problem(reason, file=str(result))])
+    with nullcontext() if unwritable else held(result):
         start = read_checkpoint(checkpoint) if checkpoint.exists() else None
         if start is not None:
             _require_same_scene(result, start.record.scene, scene_file, overrides)

@@ -13,6 +13,7 @@ from cfmpm.body.grid import CrackTip, Floats, Grid, Ints, Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
 from cfmpm.body.points import MaterialPoints, relocate, seed
 from cfmpm.body.rigid_motions import UnheldError
+from cfmpm.body.volume_patches import paired_triangles
 from cfmpm.build import compose
 from cfmpm.ending import LastCracks, RunEnded
 from cfmpm.fracture.refinement import refine
@@ -85,16 +86,16 @@ def release(
     parts = _split_points(scene, body, grid, np.unique(np.concatenate(changed)), steps, reseed)
     grown = Grown(
         quality=min(body.grown.quality, *(step.quality for step in steps)),
-        deviation=max(step.deviation for step in steps),
         segments=segments,
+        deviations={name: step.deviation for name, step in zip(segments, steps, strict=True)},
         fracture_energy=body.grown.fracture_energy + spent,
     )
     cracks = LastCracks(mesh, grown)
     if met := _point_met(mesh, steps):
         raise RunEnded("met_point", met, cracks=cracks)
     try:
-        loads = body.loading.fixed_names
-        return compose(scene, body.materials, mesh, grid, *parts, grown, loads)
+        more = body.loading.fixed_names, _paired(body, grid)
+        return compose(scene, body.materials, mesh, grid, *parts, grown, *more)
     except UnheldError as unheld:
         x, y = unheld.centre
         text = (
@@ -102,6 +103,14 @@ def release(
             "holds it against the loads"
         )
         raise RunEnded("severed", text, cracks=cracks) from unheld
+
+
+def _paired(body: Body, grid: Grid) -> Ints | None:
+    """Patches of the triangles of a new grid, as far as they can be those of the body before."""
+    if body.patches is None:
+        return None
+    # The patches of a fixed grid that is reset are those of its margin too.
+    return paired_triangles(grid, body.patches.of_triangle[: len(body.grid.triangles)])
 
 
 def _split_points(

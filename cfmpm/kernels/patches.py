@@ -57,9 +57,12 @@ def join_left_over(neighbours, length, patch, n_patches):
     patch : (m,) int
         Patch of each triangle, -1 for none; changed in place.
     n_patches : int
-        Number of patches so far, of two triangles each.
+        Number of patches so far.
     """
-    size = np.full(len(patch), 2)
+    size = np.zeros(len(patch), np.int64)
+    for t in range(len(patch)):
+        if patch[t] >= 0:
+            size[patch[t]] += 1
     for t in range(len(patch)):
         if patch[t] >= 0:
             continue
@@ -83,7 +86,7 @@ def join_left_over(neighbours, length, patch, n_patches):
 
 
 @kernel
-def pair_triangles(nodes, triangles, twins, regions):
+def pair_triangles(nodes, triangles, twins, regions, patch):
     """Form patches of two adjacent triangles; remaining triangles join an adjacent patch.
 
     Parameters
@@ -96,11 +99,8 @@ def pair_triangles(nodes, triangles, twins, regions):
         Half-edge across each side, -1 on the boundary and on crack faces.
     regions : (m,) int
         Region of each triangle; a patch contains triangles of one region only.
-
-    Returns
-    -------
-    (m,) int
-        Patch of each triangle, numbered without gaps.
+    patch : (m,) int
+        Patch of each triangle that has one, numbered without gaps, else -1; completed in place.
 
     Notes
     -----
@@ -114,13 +114,14 @@ def pair_triangles(nodes, triangles, twins, regions):
     waiting = np.empty(m, np.int64)
     n_waiting = 0
     for t in range(m):
+        if patch[t] >= 0:
+            continue
         for k in range(3):
-            choices[t] += int(neighbours[t, k] >= 0)
+            choices[t] += int(neighbours[t, k] >= 0 and patch[neighbours[t, k]] < 0)
         if choices[t] == 1:
             waiting[n_waiting] = t
             n_waiting += 1
-    patch = np.full(m, -1)
-    n_patches = 0
+    n_patches = patch.max() + 1
     following = 0
     while n_waiting > 0 or following < m:
         if n_waiting > 0:
@@ -154,7 +155,6 @@ def pair_triangles(nodes, triangles, twins, regions):
                         waiting[n_waiting] = other
                         n_waiting += 1
     join_left_over(neighbours, length, patch, n_patches)
-    return patch
 
 
 @kernel

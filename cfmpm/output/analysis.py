@@ -12,6 +12,9 @@ Floats = NDArray[np.float64]
 
 # Smallest clearance for accurate results at a tip, in element sizes.
 LIGAMENT = 3.0
+# Change of the clearance by the way of a tip from which on it runs at an object, or from it: at
+# 30 degrees and more.
+RUNS_AT = 0.5
 
 
 def resolved_steps(tip: xr.Dataset) -> NDArray[np.bool_]:
@@ -40,6 +43,18 @@ def before_arrival(x: Floats, y: Floats, h: Floats, status: Floats) -> NDArray[n
     rest = np.append(np.hypot(np.diff(x), np.diff(y))[::-1].cumsum()[::-1], 0.0)
     arrived = int(status[-1]) in ARRIVED_FLAGS
     return np.isfinite(h) & (rest > (LIGAMENT * h if arrived else -1.0))
+
+
+def runs_at_object(x: Floats, y: Floats, clearance: Floats) -> NDArray[np.bool_]:
+    """Steps in which a growing tip runs at the object that limits its clearance, or from it.
+
+    On a grid of any size the last elements before a hole, an interface or another crack, and the
+    first ones behind, are few: smaller ones do not bring clearance there. They do beside an object
+    that a tip runs along. The first place of a tip is that of the scene.
+    """
+    run = np.hypot(np.diff(x), np.diff(y))
+    quick = (run > 0.0) & (np.abs(np.diff(clearance)) >= RUNS_AT * run)
+    return (np.append(quick, False) | np.append(False, quick)) & ((x != x[0]) | (y != y[0]))
 
 
 def by_about(effect: float, name: str) -> str:

@@ -16,6 +16,7 @@ from cfmpm.body.body import Body, Grown
 from cfmpm.body.grid import Triangulation
 from cfmpm.body.particle_domains import ParticleDomains, Quadrature
 from cfmpm.body.points import DeformedPoints, MaterialPoints
+from cfmpm.body.volume_patches import paired_triangles
 from cfmpm.build import compose, materials_of
 from cfmpm.equilibrium.balance import Equilibrium, FiniteEffect
 from cfmpm.errors import MeshError, Problem, SceneError, SolveError
@@ -102,6 +103,7 @@ def write_checkpoint(start: Start, path: Path) -> None:
         **_columns("points", body.points),
         **_columns("domains", body.particle_domains),
         **_columns("quadrature", body.quadrature),
+        **({} if body.patches is None else {"patches.of_triangle": body.patches.of_triangle}),
         **_columns("balance", stage.balance),
         **_columns("balance.points", None if stage.balance is None else stage.balance.points),
         **_steps(record.steps),
@@ -305,14 +307,20 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
     points = _table(arrays, "points", MaterialPoints)
     materials = materials_of(record.full, mesh.region_names)
     quadrature = _table(arrays, "quadrature", Quadrature)
+    paired = None
+    if "patches.of_triangle" in arrays:
+        kept = arrays["patches.of_triangle"][: len(mesh.triangles)]
+        paired = paired_triangles(grid, kept)
     if record.full.formulation == "updated":
         first = replace(points, **{name: arrays[f"motion.{name}"] for name in REFERENCE})
         grown, fixed = Grown(**texts["grown"]), texts["fixed_loads"]
-        whole = compose(record.full, materials, mesh, grid, first, grown=grown, fixed=fixed)
+        whole = compose(
+            record.full, materials, mesh, grid, first, grown=grown, fixed=fixed, paired=paired
+        )
         body = reset.begin(whole, record.full)
         require_nodes(arrays, len(body.grid.nodes), len(body.grid.triangles))
-        kept = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
-        return reset.restore(body, arrays["grid.nodes"], points, quadrature, kept)
+        state = {name: arrays[f"motion.{name}"] for name in MOTION} | {"resets": texts["resets"]}
+        return reset.restore(body, arrays["grid.nodes"], points, quadrature, state)
     return compose(
         record.full,
         materials,
@@ -323,4 +331,5 @@ def _read_body(arrays: Arrays, texts: dict[str, Any], record: Record) -> Body:
         quadrature,
         Grown(**texts["grown"]),
         texts["fixed_loads"],
+        paired,
     )

@@ -13,12 +13,13 @@ from cfmpm.output.variables import OF_FATIGUE, VARIABLES
 
 # Of each array its kind, its shape and, of indices, what they count. A letter stands for a size:
 # n nodes of the triangulation, m triangles, r materials, p points, v corners of domains,
-# q quadrature points, s points of a balance, d nodes of the grid it was solved on.
+# q quadrature points, s points of a balance, d nodes and i triangles of the grid it was solved on.
 _FLOAT, _INDEX, _FLAG = "f", "iu", "b"
 _TABLES: dict[str, tuple[str, tuple[str | int, ...], str]] = {
     "mesh.nodes": (_FLOAT, ("n", 2), ""),
     "mesh.triangles": (_INDEX, ("m", 3), "n"),
     "mesh.regions": (_INDEX, ("m",), "r"),
+    "patches.of_triangle": (_INDEX, ("i",), "i"),
     "points.position": (_FLOAT, ("p", 2), ""),
     "points.volume": (_FLOAT, ("p",), ""),
     "points.element": (_INDEX, ("p",), "t"),
@@ -62,8 +63,8 @@ class _Words(BaseModel):
 
 class _GrownWords(_Words):
     quality: float
-    deviation: float
     segments: dict[str, float]
+    deviations: dict[str, float]
     fracture_energy: float
 
 

@@ -128,7 +128,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
         "relative change of the strain energy by finite deformation, if neglected: estimated up to "
         "0.01, infinite where it may be larger and is not found",
     ),
-    "residual_norm": (STEP, "1", "largest unbalanced force over the largest nodal force"),
+    "residual_norm": (
+        STEP,
+        "1",
+        "largest unbalanced force over the largest nodal force; nan where nothing is carried",
+    ),
     "force_imbalance": (
         STEP,
         "1",

@@ -18,7 +18,7 @@ from cfmpm.body.body import Body, locate
 from cfmpm.body.grid import Floats
 from cfmpm.body.motion import Motion, Reset
 from cfmpm.body.points import MaterialPoints
-from cfmpm.body.volume_patches import build_patches
+from cfmpm.body.volume_patches import build_patches, paired_triangles
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.scene import Scene
 from cfmpm.updated.grids import (
@@ -85,7 +85,8 @@ def begin(body: Body, scene: Scene) -> Body:
             # No patch crosses the boundary of the body, so that those of the reference remain.
             margin = np.full(len(grid.elements), len(grid.region_names))
             margin[: len(motion.reference.elements)] = motion.reference.regions
-            patches = build_patches(replace(grid, regions=margin))
+            padded = replace(grid, regions=margin)
+            patches = build_patches(padded, paired_triangles(padded, patches.of_triangle))
         body = replace(body, grid=grid, patches=patches)
     return load_grid(body, motion)
 

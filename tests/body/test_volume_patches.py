@@ -17,7 +17,7 @@ from structured import rectangle
 from cfmpm.body.grid import Triangulation, build_grid
 from cfmpm.body.materials import material_table
 from cfmpm.body.points import seed
-from cfmpm.body.volume_patches import build_patches
+from cfmpm.body.volume_patches import build_patches, paired_triangles
 from cfmpm.equilibrium import small_strain
 from cfmpm.kernels import assembly, constitutive, patches
 
@@ -34,8 +34,12 @@ def scattered(n, seed):
 
 
 def assert_patches(grid):
+    return assert_patches_of(grid, None)
+
+
+def assert_patches_of(grid, paired):
     """Every triangle is in one patch; a patch is connected by sides and within one region."""
-    found = build_patches(grid)
+    found = build_patches(grid, paired)
     sizes = np.bincount(found.of_triangle)
     assert sizes.min() > 0
     assert len(sizes) == len(found.nodes)
@@ -79,6 +83,53 @@ def test_a_triangle_without_neighbours_stays_alone():
     lone = build_grid(replace(mesh, regions=np.arange(4)), "T3")
     assert build_patches(lone).of_triangle.tolist() == [0, 1, 2, 3]
     np.testing.assert_array_equal(build_patches(lone).nodes, np.sort(lone.elements))
+
+
+def partition(patch, triangles):
+    """The patches that lie within some triangles, as sets."""
+    found = {frozenset(np.flatnonzero(patch == k).tolist()) for k in np.unique(patch)}
+    return {own for own in found if own <= set(triangles.tolist())}
+
+
+def test_patches_stay_as_a_crack_grows():
+    """Only those change that are cut, and those beside, which take what is left over."""
+    anew = 0
+    for number in range(5):
+        grid = build_grid(scattered(300, number), "T3")
+        centre = grid.nodes[grid.triangles].mean(axis=1)
+        away = np.hypot(*(centre - 0.5).T)
+        before = paired_triangles(grid)
+        # The side between the two triangles of a patch in the middle is cut.
+        middle = np.argsort(away)
+        t, k = next(
+            (t, k)
+            for t in middle
+            for k in range(3)
+            if grid.twins[t, k] >= 0 and before[grid.twins[t, k] // 3] == before[t]
+        )
+        twins = grid.twins.copy()
+        twins.flat[twins[t, k]] = -1
+        twins[t, k] = -1
+        cut = replace(grid, twins=twins)
+        kept = paired_triangles(cut, before)
+        assert_patches_of(cut, kept)
+        far = np.flatnonzero(away > 0.2)
+        assert partition(before, far) == partition(kept, far)
+        anew += partition(before, far) != partition(paired_triangles(cut), far)
+        # Where nothing can be kept they are made anew; and then nothing is left to change.
+        nothing = np.arange(len(kept))
+        np.testing.assert_array_equal(paired_triangles(cut, nothing), paired_triangles(cut))
+        np.testing.assert_array_equal(paired_triangles(cut, kept), kept)
+    assert anew
+
+
+def test_split_triangles_find_a_patch():
+    """New triangles are appended; those before keep their numbers."""
+    grid = build_grid(rectangle(6, 6, shake=0.3), "T3")
+    some = np.arange(50)
+    kept = paired_triangles(grid, paired_triangles(grid)[some])
+    assert_patches_of(grid, kept)
+    assert kept.max() + 1 >= len(grid.triangles) // 3
 
 
 def test_t6_averages_over_each_triangle():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -81,7 +82,7 @@ def break_off_at(
 
 @pytest.mark.parametrize(
     ("error", "status"),
-    [(SolveError("no balance"), 1), (signal.SIGINT, 130), (signal.SIGTERM, 130)],
+    [(SolveError("no balance"), 1), (signal.SIGINT, 130), (signal.SIGTERM, 143)],
 )
 def test_a_run_that_breaks_off_keeps_what_it_found(
     scene_file: Path,
@@ -129,7 +130,7 @@ def test_a_request_to_end_waits_for_the_file_that_is_being_written(
     with monkeypatch.context() as patched:
         patched.setattr(xr.Dataset, "to_netcdf", interrupted)
         result = call("run", scene_file)
-    assert result.exit_code == 130
+    assert result.exit_code == 128 + asked
     assert "cfmpm resume results/small continues" in result.stderr
     assert len(begun) > 1
     with xr.open_dataset(Path("results/small") / HISTORY) as history:
@@ -177,6 +178,22 @@ def test_what_has_ended_is_left_alone(scene_file: Path) -> None:
     assert result.exit_code == 0
     assert "is finished; increments: growth.increments allows 8" in result.stdout
     assert files_in(Path("results/small")) == before
+
+
+def test_a_folder_that_cannot_be_written(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is told as all input that cannot be used; of a finished run nothing is to be written."""
+    with monkeypatch.context() as patched:
+        break_off_at(patched, 3, KeyboardInterrupt())
+        call("run", scene_file)
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "access", lambda *_: False)
+        result = call("resume", "results/small")
+        assert result.exit_code == 2
+        where = "results/small: cannot be written: no permission for results/small"
+        assert result.stderr == f"{where}; copy it elsewhere, and resume the copy\n"
+    assert call("resume", "results/small").exit_code == 0
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert "is finished" in call("resume", "results/small").stdout
 
 
 def test_a_changed_scene_is_refused(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -340,7 +357,7 @@ def test_sigterm_in_a_fresh_process_loses_nothing(scene_file: Path) -> None:
     with stuck_at(6, "run", str(scene_file)) as process:
         process.terminate()
         said = process.communicate(timeout=60)[1]
-    assert process.returncode == 130
+    assert process.returncode == 143
     assert "has 5 steps; cfmpm resume results/small continues" in said
     assert xr.load_dataset("results/small/history.nc").sizes["step"] == 5
     assert call("resume", "results/small").exit_code == 0
@@ -351,7 +368,7 @@ def test_sigterm_before_the_first_step_is_answered(scene_file: Path) -> None:
     with stuck_at(1, "run", str(scene_file)) as process:
         process.terminate()
         said = process.communicate(timeout=60)[1]
-    assert process.returncode == 130
+    assert process.returncode == 143
     assert said == "cfmpm: interrupted\n"
     assert list(Path("results/small").iterdir()) == []
 

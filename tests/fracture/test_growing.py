@@ -92,15 +92,18 @@ def test_leaving_a_border_spends_the_energy_of_the_side_that_it_runs_into() -> N
 
 
 def test_the_worst_of_all_segments_is_kept() -> None:
-    """The largest deviation over two tips, one of which is asked to turn back, and all segments."""
+    """The least quality of all segments, and deviations of the last ones; one is to turn back."""
     inner = [[4.0, 2.0], [7.0, 2.1]]
     at = longer(two_layers(1.0, 3.0, inner), {"crack_start": AHEAD, "crack_end": AHEAD})
-    assert at.body.grown.deviation == pytest.approx(180.0 - 100.0, abs=3.0)
+    back, ahead = (at.body.grown.deviations[f"crack_{end}"] for end in ("start", "end"))
+    assert back == pytest.approx(180.0 - 100.0, abs=3.0)
+    assert ahead < 1e-9
     worst = at.body.grown.quality
     assert 0.0 < worst < 1.0
     for _ in range(2):
         at = longer(at, {"crack_end": AHEAD})
-        assert at.body.grown.deviation < 1e-9
+        assert list(at.body.grown.deviations) == ["crack_end"]
+        assert max(at.body.grown.deviations.values()) < 1e-9
         assert at.body.grown.quality <= worst
 
 

@@ -61,6 +61,7 @@ SCENE: dict[str, Any] = {
 }
 VARIANTS: dict[str, dict[str, Any]] = {
     "T3": {},
+    "patches": {"material": {"E": 210e3, "nu": 0.49, "g_c": 1.0}},
     "T6": {"mesh": {"element": "T6", "size": 3}},
     "paper": {"growth": {**GROWTH, "transfer": "paper", "order": 1}},
     "refined": {"fracture": {"refine": 0.4, "radii": 2}},
@@ -105,6 +106,7 @@ GROWING: dict[str, dict[str, Any]] = {
     "fixed, growing": {"grid": "fixed"},
     "following, growing": {"grid": "following", "smooth_below": 0.7},
     "domains, growing": MODES["domains"],
+    "fixed, patches, growing": {"grid": "fixed"},
 }
 GROWN = {
     **RESET,
@@ -128,7 +130,9 @@ def scene_of(variant: str) -> Scene:
         mode = GROWING[variant]
         transfer = "domains" if "integration" in mode else "paper"
         growth = GROWN["growth"] | {"transfer": transfer}
-        return scene_from_dict(GROWN | {"updated": mode, "growth": growth})
+        nu = {"nu": 0.47} if "patches" in variant else {}
+        material = {"material": GROWN["material"] | nu}
+        return scene_from_dict(GROWN | material | {"updated": mode, "growth": growth})
     mode = MODES.get(variant)
     return scene_from_dict(RESET | {"updated": mode} if mode else SCENE | VARIANTS[variant])
 

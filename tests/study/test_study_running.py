@@ -310,4 +310,4 @@ def test_killed_and_started_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize("stop", [signal.SIGTERM, signal.SIGINT])
 def test_stopped(stop, tmp_path: Path) -> None:
     status, _ = stopped(write_study(tmp_path, LONG), tmp_path / "stopped", stop)
-    assert status == 130
+    assert status == 128 + stop

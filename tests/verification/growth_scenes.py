@@ -27,8 +27,8 @@ from cfmpm.state import State
 # element.
 BALANCE, OVERLAP = 1e-9, 1e-6
 # Energy that appears, over the largest so far. A segment changes the grid, and so energy a
-# little; more so where the change of volume is averaged over patches, which are made anew.
-FROM_NOTHING, FROM_PATCHES = 1e-3, 5e-3
+# little.
+FROM_NOTHING = 1e-3
 
 
 def outline_of(rng: np.random.Generator) -> list[list[float]]:
@@ -229,7 +229,6 @@ class Watch:
     def energy(self, state: State) -> Iterator[str]:
         """The stored energy does not exceed the work; growth releases energy."""
         now = state.balance
-        error = FROM_NOTHING if state.body.patches is None else FROM_PATCHES
         stored = float(now.points.energy @ now.points.volume)
         if now.finite:
             self.largest = max(self.largest, stored, abs(now.external_work))
@@ -238,7 +237,7 @@ class Watch:
             before = self.last.balance
             work = now.external_work - before.external_work
             rise = stored - float(before.points.energy @ before.points.volume) - work
-            if rise > error * self.largest:
+            if rise > FROM_NOTHING * self.largest:
                 yield f"energy appears: {rise / self.largest:.1e}"
             return
         loads = state.loading.at(now.load_factor)
@@ -251,7 +250,7 @@ class Watch:
         potential = stored - dead
         if self.last is not None:
             rise = potential - self.potential
-            if rise > error * self.largest:
+            if rise > FROM_NOTHING * self.largest:
                 yield f"energy appears: {rise / self.largest:.1e}"
         self.potential = potential
 

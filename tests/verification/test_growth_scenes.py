@@ -9,8 +9,9 @@ from growth_scenes import violations
 from cfmpm.equilibrium import contact
 
 # A share of what `python tests/verification/growth_scenes.py 500` runs; and a scene with two free
-# parts, whose contact was lost in the round-off of soft springs.
-SEEDS = (*range(30), 228)
+# parts, whose contact was lost in the round-off of soft springs; and one whose volume patches, made
+# anew at each segment, raised the energy by 1 %.
+SEEDS = (*range(30), 228, 432)
 # Scenes in which a crack cuts off a part that presses on the rest.
 PINNED = (306, 314, 334, 353, 404)
 

@@ -13,14 +13,18 @@ from walk_through import walk_through_overview, walk_through_report
 
 from workflows.reporting.claim_table import read_table
 from workflows.reporting.html_page import html_text
+from workflows.reporting.statements import statements
 
 pytestmark = pytest.mark.slow
 
 FIGURES = tuple(range(4, 17))
+# Beyond the paper.
+EXTRA = ("error_by_unknowns", "large_strain_laws")
 TABLES = ("section_5_1", "sections_5_2_to_5_5", "large_strain")
 STUDIES = ("edge", "shear", "holes", "beam")
 EVERYTHING = [
     *(f"fig{n}.{kind}" for n in FIGURES for kind in ("nc", "png")),
+    *(f"{name}.{kind}" for name in EXTRA for kind in ("nc", "png")),
     *(f"growth/{study}.nc" for study in STUDIES),
     *(name for study in STUDIES for name in (f"{study}.gif", f"film_{study}.png")),
     *(f"{table}.{kind}" for table in TABLES for kind in ("csv", "md", "html")),
@@ -79,15 +83,17 @@ def test_report_and_overview_in_a_browser(reproduced, snakemake, tmp_path):
         found = walk_through_report(browser, folder / "report.html")
     finally:
         browser.close()
-    assert sum(map(len, found.values())) == len(FIGURES) + len(STUDIES) + len(TABLES) + 1
+    assert (
+        sum(map(len, found.values())) == len(FIGURES) + len(EXTRA) + len(STUDIES) + len(TABLES) + 1
+    )
 
 
 def test_overview_has_every_figure_and_claim(reproduced):
     paper = reproduced[0] / "results/paper"
     page = Page.of_file(paper / "overview.html")
-    figures = [one.split(":")[0] for one in page.pictures if not one.startswith("Film")]
+    figures = [one.split(":")[0] for one in page.pictures if one.startswith("Fig.")]
     assert figures == [f"Fig. {n}" for n in FIGURES]
-    assert len(page.pictures) == len(FIGURES) + len(STUDIES)
+    assert len(page.pictures) == len(FIGURES) + len(EXTRA) + len(STUDIES)
     claims = [claim for table in TABLES for claim in read_table(paper / f"{table}.csv")]
     of_the_paper = [one for one in claims if one.key]
     numbers = {"claim": len(of_the_paper), "beyond": len(claims) - len(of_the_paper)}
@@ -101,3 +107,14 @@ def test_overview_has_every_figure_and_claim(reproduced):
     assert program_words(page.text) == []
     for link in page.links:
         assert link.startswith(("#", "https://doi.org/")) or (paper / link).is_file()
+
+
+def test_verdicts_are_those_of_the_list_of_statements(reproduced):
+    """docs/paper.md says of each claim what the datasets say."""
+    paper = reproduced[0] / "results/paper"
+    claims = [one for table in TABLES for one in read_table(paper / f"{table}.csv") if one.key]
+    decided = {one.key: one.verdict for one in claims}
+    assert len(decided) == len(claims)
+    sections = {one.section for one in claims}
+    listed = [one for one in statements().values() if one.figures and one.section in sections]
+    assert decided == {one.key: one.held for one in listed}

@@ -43,8 +43,10 @@ def test_a_bare_call_reproduces_the_paper_by_few_jobs(snakemake):
     bare = jobs(snakemake("--dry-run", "--forceall"))
     assert bare == jobs(snakemake("reproduce-paper", "--dry-run", "--forceall"))
     assert {"warm_up", "growth", "section_5_1", "overview"} <= bare.keys()
-    # Starting Python takes two seconds: what takes less shares its process with others.
-    assert sum(bare.values()) < 20
+    # Starting Python takes two seconds: what takes less shares its process with others, but for
+    # the grids of a sweep, of which a few are a job.
+    assert bare["study_batch"] > 1
+    assert sum(bare.values()) < 40
 
 
 def test_dry_run_loads_neither_numba_nor_gmsh(root):

@@ -18,6 +18,6 @@ def require_units(figure: Figure) -> None:
 
 
 def _has_numbers(axis: Axis) -> bool:
-    """Inner axes have no tick labels, and categories have names."""
-    shown = any(label.get_visible() for label in axis.get_ticklabels())
+    """Inner axes have no tick labels, twins share an axis, and categories have names."""
+    shown = axis.get_visible() and any(label.get_visible() for label in axis.get_ticklabels())
     return shown and not isinstance(axis.get_major_formatter(), FuncFormatter)

@@ -27,9 +27,9 @@ OF_STUDY = dict(edge=EDGE, shear=SHEAR, holes=HOLES, beam=BEAM)
 
 def contribute_growth(study, drawing, figures):
     jobs = {
-        "computation": f"growth/{study}",
-        "figures": drawing,
-        "film": f"film/{study}",
+        "computation": [f"growth/{study}"],
+        "figures": [drawing],
+        "film": [f"film/{study}"],
     }
     contribute(OF_STUDY[study], figures, jobs, STUDIES[study], film=study)
 

@@ -112,7 +112,10 @@ def read_sections(
                 _numbered(title, [c for c in own if not c.key], sum(len(s.beyond) for s in found)),
                 Path(parts["scene"]),
                 Path(parts["study"]),
-                {done: _seconds(path) for done, path in parts["benchmarks"].items()},
+                {
+                    done: sum(map(_seconds, together))
+                    for done, together in parts["benchmarks"].items()
+                },
             )
         )
     return found

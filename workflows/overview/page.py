@@ -89,11 +89,10 @@ def _first_screen(sections: Sequence[Section]) -> str:
         for verdict, (*_, title) in VERDICTS.items()
         if of[verdict]
     }
-    holds = listed.pop("yes", "")
     return (
         f'<section id="verdict">\n<p class="lead">Of {len(claims)} claims of the paper, '
         f"computed by its own method, {_series(counts)}.</p>\n"
-        f'<div class="columns"><div>{holds}</div><div>{"".join(listed.values())}</div></div>\n'
+        f'<div class="columns">{"".join(listed.values())}</div>\n'
         f'<p class="source">{_beyond(sections)}{html.escape(TERMS)}</p>\n</section>\n'
     )
 
@@ -206,11 +205,11 @@ def _claims(
 
 
 def _of_figures(claim: Claim, *, linked: bool) -> str:
+    # Figures beyond the paper have names.
+    texts = {name: html.escape(name.replace("_", " ")) for name in claim.figures.split()}
     if not linked:
-        return html.escape(claim.figures)
-    return " ".join(
-        f'<a href="#{place_of(name)}">{html.escape(name)}</a>' for name in claim.figures.split()
-    )
+        return ", ".join(texts.values())
+    return ", ".join(f'<a href="#{place_of(name)}">{text}</a>' for name, text in texts.items())
 
 
 def _link(path: Path, folder: Path) -> str:

@@ -8,7 +8,10 @@ rule overview:
         ],
         films=FILMS,
         benchmarks=[
-            path for s in SECTIONS.values() for path in s["benchmarks"].values()
+            path
+            for s in SECTIONS.values()
+            for together in s["benchmarks"].values()
+            for path in together
         ],
         tables=CLAIMS,
         captions=CAPTIONS,

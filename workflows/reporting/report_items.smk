@@ -9,7 +9,7 @@ FILM = "the cracks as they grow"
 
 
 def contribute(section, figures, jobs, of, film=None, extra={}):
-    """Add figures of the paper and a film, the jobs that are timed, and what has scene and study.
+    """Add figures of the paper and a film, jobs that are timed together, and what has the scene.
 
     A figure has by its number a title, and in short what the paper's figure shows. Extra figures
     are beyond the paper: they have by the name of their file a title.
@@ -40,7 +40,8 @@ def contribute(section, figures, jobs, of, film=None, extra={}):
         "figures": drawn,
         "films": films,
         "benchmarks": {
-            done: f"results/benchmarks/{job}.tsv" for done, job in jobs.items()
+            done: [f"results/benchmarks/{one}.tsv" for one in together]
+            for done, together in jobs.items()
         },
         "scene": of.scene,
         "study": of.study,

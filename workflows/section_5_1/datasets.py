@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from cfmpm.output.files import write_dataset
+from cfmpm.scene import load_scene
 from cfmpm.scene.model import Scene
 from cfmpm.scene.specimens.single_edge import SingleEdge
-from cfmpm.study.reading import Plan, load_study, study_from_dict
 from workflows.section_5_1.fem_beside import FORCE, angle
-from workflows.study.solved import solved, without_failures
+from workflows.study.solved import without_failures
 
 # Name: units, long name.
 VARIABLES = {
@@ -28,7 +28,14 @@ VARIABLES = {
     "n_points": ("1", "material points"),
     "n_elements": ("1", "triangles"),
     "n_unknowns": ("1", "free degrees of freedom"),
+    "run_time": ("s", "wall time of the run by cfmpm"),
 }
+
+
+# Of a grid that is drawn.
+OF_GRIDS = ("node_x", "node_y", "cf_node_x", "cf_node_y", "triangle", "tip_node", "n_points")
+POINTS = ("point_x", "point_y")
+_OF_SIZE = {"node": "node_x", "face": "triangle", "point": "point_x"}
 
 
 def handbook_energy_release_rate(scene: Scene) -> float:
@@ -46,56 +53,41 @@ def handbook_energy_release_rate(scene: Scene) -> float:
 
 
 def write_datasets(
-    study_file: str,
-    drawn: Sequence[int],
-    workers: int,
+    study: str | Path,
+    scene_file: str,
+    drawn: Sequence[str],
     series: Mapping[str, str | Path],
     grids: str | Path,
 ) -> None:
-    """Solve one scene on several grids, by cfmpm and by FEM on the same grids.
+    """Sort the dataset of the study by series of grids, and take out the grids that are drawn.
 
     Parameters
     ----------
-    study_file : str
-        As in `settings.Section51`.
-    drawn : sequence of int
-        Grids of T3 that are kept with the configurational force of their nodes, for pictures.
-    workers : int
-        Processes.
+    study : Path
+        netCDF file of the study of `settings.Section51`.
+    scene_file : str
+        That the study starts from.
+    drawn : sequence of str
+        Grids that are kept with their points and the configurational force of their nodes, for
+        pictures, by their names in the study.
     series : mapping of str to Path
         netCDF files by series: dimensions scheme, grid, radius.
     grids : Path
-        netCDF file: dimensions grid, node, face; unused places hold nan and -1.
+        netCDF file: dimensions grid, node, face, point; unused places hold nan and -1.
     """
-    plan = load_study(study_file)
-    study, of_nodes = solved([plan, _of_grids(plan, drawn)], workers)
-    handbook = handbook_energy_release_rate(plan.members[0].scene)
+    found = without_failures(xr.load_dataset(study))
+    handbook = handbook_energy_release_rate(load_scene(scene_file))
     for name, path in series.items():
-        dataset = _of_series(without_failures(study), name).assign_attrs(handbook=handbook)
+        dataset = _of_series(found, name).assign_attrs(handbook=handbook)
         dataset.attrs["title"] = "Single edge crack, cfmpm and FEM on the same grids"
         write_dataset(dataset, Path(path))
-    of_nodes = without_failures(of_nodes)
-    kept = of_nodes[["node_x", "node_y", "tip_node"]].assign(
-        cf_x=of_nodes.cf_node_x,
-        cf_y=of_nodes.cf_node_y,
-        triangle=of_nodes.triangle.fillna(-1).astype(np.int32),
+    kept = found[[*OF_GRIDS, *POINTS]].sel(grid=list(drawn))
+    for size in ("node", "face", "point"):
+        kept = kept.dropna(size, how="all", subset=[_OF_SIZE[size]])
+    whole = kept.assign(
+        {name: kept[name].fillna(-1).astype(np.int32) for name in ("triangle", "tip_node")}
     )
-    kept["tip_node"] = kept.tip_node.astype(int)
-    write_dataset(_numbered(kept), Path(grids))
-
-
-def _of_grids(plan: Plan, drawn: Sequence[int]) -> Plan:
-    """The study of the grids that are kept whole."""
-    meshes = plan.study.product["grid"].values
-    grid = {"key": "mesh", "values": {f"T3_{n}": meshes[f"T3_{n}"] for n in sorted(set(drawn))}}
-    measure = "workflows.section_5_1.fem_beside:nodal_forces"
-    study = {
-        "name": "grids",
-        "base": dict(plan.base),
-        "product": {"grid": grid},
-        "measure": measure,
-    }
-    return study_from_dict(study, plan.folder)
+    write_dataset(whole.drop_vars("tip", errors="ignore"), Path(grids))
 
 
 def _of_series(study: xr.Dataset, name: str) -> xr.Dataset:
@@ -118,7 +110,7 @@ def _of_series(study: xr.Dataset, name: str) -> xr.Dataset:
             for key, values in own.items()
         }
     )
-    counts = ("cf_difference", "n_points", "n_elements", "n_unknowns")
+    counts = ("cf_difference", "n_points", "n_elements", "n_unknowns", "run_time")
     dataset = dataset.assign({key: one[key] for key in counts}).assign_attrs(study.attrs)
     for key, (units, long_name) in VARIABLES.items():
         dataset[key].attrs = {"units": units, "long_name": long_name}

@@ -1,4 +1,4 @@
-"""FEM on the grid of a member, and the grid itself, as measures of the study of section 5.1."""
+"""FEM on the grid of a member, and the grid itself, as the measure of the study of section 5.1."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ FORCE = "N mm-1"
 def fem_on_the_same_grid(result: Result) -> xr.Dataset:
     """What linear FEM finds on the grid of a result: `fem_` with the name of each quantity.
 
-    Besides ``cf_difference``, of the nodal configurational force around the tip, and
-    ``n_elements``.
+    Besides ``cf_difference``, of the nodal configurational force around the tip, ``n_elements``,
+    and the grid itself with its points and with the configurational force of its corner nodes.
     """
     grid = result.grid
     history = result.history.isel(step=0, tip=0)
@@ -36,7 +36,7 @@ def fem_on_the_same_grid(result: Result) -> xr.Dataset:
     distance = np.hypot(*(place - tip).T)
     sums = np.array([force[distance <= radius].sum(axis=0) for radius in radii])
     at_tip = force[grid.tips[0].node]
-    return xr.Dataset(
+    found = xr.Dataset(
         {
             "fem_cf_norm": ("radius", np.hypot(*sums.T)),
             "fem_cf_angle": ("radius", angle(sums)),
@@ -48,12 +48,15 @@ def fem_on_the_same_grid(result: Result) -> xr.Dataset:
             "n_elements": len(grid.elements),
         }
     )
+    return found.assign(_grid(result))
 
 
-def nodal_forces(result: Result) -> xr.Dataset:
-    """The grid of a result with the configurational force of its nodes, for pictures."""
+def _grid(result: Result) -> xr.Dataset:
+    """The grid of a result, its material points, and the force of its corner nodes."""
     grid = result.grid
-    nodes, force = grid.nodes, result.configurational_force
+    nodes = grid.nodes[: grid.n_corners]
+    force = result.configurational_force[: grid.n_corners]
+    points = result.body.points.position
     return xr.Dataset(
         {
             "node_x": ("node", nodes[:, 0], {"units": "mm"}),
@@ -62,6 +65,8 @@ def nodal_forces(result: Result) -> xr.Dataset:
             "cf_node_y": ("node", force[:, 1], {"units": FORCE}),
             "triangle": (("face", "corner"), grid.triangles),
             "tip_node": grid.tips[0].node,
+            "point_x": ("point", points[:, 0], {"units": "mm"}),
+            "point_y": ("point", points[:, 1], {"units": "mm"}),
         }
     )
 

@@ -1,11 +1,12 @@
 # Parameter studies, whole or in part: the same dataset as by `cfmpm study`.
 #   snakemake study --configfile my_study.yaml    a study file of your own, or several
 #   snakemake studies                             all of configs/studies
-#   snakemake results/crack_length/study.nc       one of them
+#   snakemake results/crack_length/study.nc       one of them, or of configs/paper/studies
 from workflows.study.studies import (
     BATCH,
     DATASET,
     RETRIES,
+    TIMED,
     Studies,
     is_last_attempt,
     more_memory,
@@ -13,6 +14,7 @@ from workflows.study.studies import (
 
 PARAMETER_STUDIES = Studies(
     ROOT / "configs" / "studies",
+    ROOT / "configs" / "paper" / "studies",
     GIVEN_STUDIES,
     whole=workflow.is_main_process,
 )
@@ -27,7 +29,7 @@ rule study_batch:
     log:
         "results/logs/study/{study}/{batch}.log",
     benchmark:
-        "results/benchmarks/study/{study}/{batch}.tsv"
+        f"results/benchmarks/{TIMED}.tsv"
     wildcard_constraints:
         study="[A-Za-z][A-Za-z0-9_-]*",
         batch=r"\d+",

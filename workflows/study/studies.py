@@ -19,6 +19,8 @@ from cfmpm.study.store import read_losses
 RETRIES = 2
 DATASET = "results/{study}/study.nc"
 BATCH = "results/{study}/members/batch_{batch}.npz"
+# Of a batch, in the folder of measured times.
+TIMED = "study/{study}/{batch}"
 
 
 class Studies:
@@ -28,6 +30,8 @@ class Studies:
     ----------
     shipped : Path
         Folder of study files, each of which has the name of its study.
+    of_the_paper : Path
+        Folder of further ones, which sections of the paper ask for.
     given : mapping of str to Path
         Study files that were given with the call, by the names of their studies.
     whole : bool
@@ -35,8 +39,11 @@ class Studies:
         that run one job each.
     """
 
-    def __init__(self, shipped: Path, given: Mapping[str, Path], *, whole: bool) -> None:
+    def __init__(
+        self, shipped: Path, of_the_paper: Path, given: Mapping[str, Path], *, whole: bool
+    ) -> None:
         self._shipped = shipped
+        self._of_the_paper = of_the_paper
         self._whole = whole
         self._plans: dict[str, Plan] = {}
         self._given = given
@@ -54,7 +61,11 @@ class Studies:
 
     def file(self, wildcards: Any) -> str:
         """The study file of a study."""
-        return str(self._given.get(wildcards.study, self._shipped / f"{wildcards.study}.yaml"))
+        own = f"{wildcards.study}.yaml"
+        if wildcards.study in self._given:
+            return str(self._given[wildcards.study])
+        of_the_paper = self._of_the_paper / own
+        return str(of_the_paper if of_the_paper.is_file() else self._shipped / own)
 
     def parts(self, wildcards: Any) -> list[str]:
         """The files of all batches of a study."""
@@ -92,6 +103,17 @@ class Studies:
         if wildcards.study not in self._plans:
             self._plans[wildcards.study] = load_study(self.file(wildcards))
         return self._plans[wildcards.study]
+
+
+def dataset_of(path: str) -> str:
+    """The dataset of a study file that has the name of its study."""
+    return DATASET.format(study=Path(path).stem)
+
+
+def timed_batches(path: str) -> list[str]:
+    """The jobs of a study file, by the names under which they are timed."""
+    number = len(batches(load_study(path, range(0))))
+    return [TIMED.format(study=Path(path).stem, batch=k) for k in range(number)]
 
 
 def more_memory(wildcards: Any, attempt: int) -> int:

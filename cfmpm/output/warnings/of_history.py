@@ -17,6 +17,7 @@ from cfmpm.output.analysis import (
     by_about,
     in_steps,
     parts_of_gap,
+    runs_at_object,
 )
 from cfmpm.output.warnings.of_scene import finer_at_tips, rounded_down
 from cfmpm.registry.criteria import DIRECTIONS
@@ -344,13 +345,14 @@ def doubts_of_path(history: xr.Dataset, scene: Scene, growth: Growth) -> list[st
     Returns
     -------
     list of str
-        With the steps. Steps within the last elements before an arrival are ignored.
+        With the steps. Steps within the last elements before an arrival are ignored, and so is a
+        small clearance where a tip runs at an object.
     """
     found = []
     for i, name in enumerate(history["tip"].values):
         clearance, x, y, h, status = (history[of].values[:, i] for of in ("clearance", *PLACE))
         before = before_arrival(x, y, h, status)
-        close = before & (clearance < LIGAMENT * h)
+        close = before & (clearance < LIGAMENT * h) & ~runs_at_object(x, y, clearance)
         if close.any():
             ways = _sizes(scene, x, y, 0.5 * clearance / LIGAMENT, close)
             found.append(

@@ -13,6 +13,7 @@ from cfmpm.body.motion import Motion
 from cfmpm.body.volume_patches import patch_of
 from cfmpm.equilibrium.balance import Equilibrium
 from cfmpm.fracture.release import LARGEST_KINK
+from cfmpm.fracture.relieved import relieved_nodes
 from cfmpm.mechanics import held_turning, leans
 from cfmpm.output.warnings.doubt import SIZE, Doubt
 from cfmpm.output.warnings.of_scene import BETTER_CONDITIONED
@@ -64,7 +65,7 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium) -> Iterator[Doubt]:
             "and in one of another)",
             size=100.0 * held_turning(body, balance),
         )
-    if balance.residual_floor > 0.0:
+    if balance.residual_floor > 0.0 and not relieved_nodes(body, balance).all():
         yield Doubt(
             f"the unbalanced force is up to {SIZE} of the largest nodal force (residual_norm), "
             "above the tolerance, limited by round-off; causes are a large contrast of stiffness, "
@@ -72,14 +73,16 @@ def doubts(scene: Scene, body: Body, balance: Equilibrium) -> Iterator[Doubt]:
             f"{BETTER_CONDITIONED}, or leave a wider ligament",
             size=balance.residual_norm,
         )
-    if body.grown.deviation > DEVIATION:
+    for tip, deviation in body.grown.deviations.items():
+        if deviation <= DEVIATION:
+            continue
         yield Doubt(
             f"a segment deviates by up to {SIZE} deg from the direction of growth: the kink would "
             f"have exceeded {LARGEST_KINK:g} deg, or the crack was led to a node beside its path "
             "that may not move, of a boundary, a crack or an interface; a smaller fracture.refine "
             "makes such a detour shorter",
-            " and ".join(body.grown.segments),
-            size=body.grown.deviation,
+            tip,
+            size=deviation,
         )
     if body.motion is not None:
         ghost = scene.updated is not None and scene.updated.ghost > 0.0

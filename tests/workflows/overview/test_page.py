@@ -36,7 +36,7 @@ CLAIMS = [
     replace(RISES, claim="R is a/20", held="misprint", figures="9", sentence="R is a/2."),
     replace(RISES, claim="It ends", held="yes, at last", figures="9", sentence=""),
     replace(RISES, claim="It was seen", held="not tested", figures="9", sentence="No data."),
-    Claim("5.2 Energy", "", "work", "balance", "yes", "a test", figures="further"),
+    Claim("5.2 Energy", "", "work", "balance", "yes", "a test", figures="further_on"),
     Claim("5.1 Another law", "", "", "as well", "no", "a test"),
 ]
 
@@ -95,8 +95,8 @@ def parts(tmp_path):
                 for film in films
             ],
             "benchmarks": {
-                "computation": str(configs / "data.tsv"),
-                "figures": str(configs / "drawing.tsv"),
+                "computation": [str(configs / "data.tsv")],
+                "figures": [str(configs / "drawing.tsv")],
             },
             "scene": str(configs / "scene.yaml"),
             "study": str(configs / "scene.yaml"),
@@ -104,7 +104,7 @@ def parts(tmp_path):
 
     return {
         "5.1 At rest": section(["4", "5"]),
-        "5.2 Growing": section(["9"], ["edge"], ["further"]),
+        "5.2 Growing": section(["9"], ["edge"], ["further_on"]),
     }
 
 
@@ -164,7 +164,9 @@ def test_each_claim_stands_once_in_its_section(pages):
         assert page.text.index("CF rises on T6") < page.text.index("The crack is straight")
         # Beyond the paper nothing is said of it.
         assert "5.1 Another law as well no a test" in page.text
-        assert page.text.index("R is a/20") < page.text.index("5.2 Energy work balance yes a test")
+        assert page.text.index("R is a/20") < page.text.index(
+            "5.2 Energy work balance yes a test further on"
+        )
 
 
 def test_figures_stand_beside_what_they_are_made_from(pages, tmp_path):
@@ -173,13 +175,13 @@ def test_figures_stand_beside_what_they_are_made_from(pages, tmp_path):
         "Fig. 4: title 4",
         "Fig. 5: title 5",
         "Fig. 9: title 9",
-        "Beyond the paper: title further",
+        "Beyond the paper: title further_on",
         "Film: growth",
     ]
     assert (
         "Fig. 4: title 4 Plainly 4. In the paper: paper 4. In detail 4. Data: fig4.nc." in page.text
     )
-    assert "Beyond the paper: title further We went on. Data: further.nc." in page.text
+    assert "Beyond the paper: title further_on We went on. Data: further_on.nc." in page.text
     assert "Scene: scene.yaml. Study: scene.yaml." in page.text
     assert page.text.count("Wall time of the section: 15 s (computation 12 s, figures 3 s).") == 5
     assert {"fig4.png", "fig4.nc", "edge.gif", "../../configs/scene.yaml", DOI} <= {*page.links}
@@ -202,7 +204,7 @@ def test_every_link_leads_somewhere(pages, tmp_path):
         "#fig-9",
         "#film_edge",
         "#claims-5-2-growing",
-        "#further",
+        "#further_on",
     } <= {*page.links}
     # In the report, which has the page inside itself, no file is beside it.
     assert all(link.startswith("#") for link in summary.links)

@@ -65,4 +65,4 @@ def test_every_statement_is_whole():
         assert one.paper.endswith(".")
         assert one.shown
         assert one.held in HELD
-        assert 4 <= one.page <= 14
+        assert 2 <= one.page <= 14
