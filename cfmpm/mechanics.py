@@ -245,7 +245,8 @@ def _solve_small(
         tangent = small_strain.factored(problem, stiffness)
         balance = small_strain.solve_linear(problem, stiffness, factor, tangent)
     with clock("fracture"):
-        effect = finite_effect.judge(body, problem, balance, tangent, largest, reach, once=once)
+        small = finite_effect.Judged(body, problem, balance, tangent)
+        effect = finite_effect.judge(small, largest, reach, once=once)
     return replace(balance, finite_effect=effect)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -113,11 +114,105 @@ def may_be_felt(body: Body, balance: Equilibrium, energy: float, gradient: float
     return bool(energy > FELT_ENERGY or slenderness * gradient > limit)
 
 
+@dataclass(frozen=True)
+class Judged:
+    """A state of small strain that is judged.
+
+    Attributes
+    ----------
+    body : Body
+    problem : BoundaryValueProblem
+        Of the body, with elastic materials.
+    balance : Equilibrium
+        At small strain.
+    factor : Factor
+        Of the stiffness of small strain.
+    """
+
+    body: Body
+    problem: BoundaryValueProblem
+    balance: Equilibrium
+    factor: Factor
+
+    @cached_property
+    def energy(self) -> float:
+        """Strain energy [N]."""
+        return float(self.balance.points.energy @ self.balance.points.volume)
+
+    @cached_property
+    def density(self) -> Floats:
+        """Body force [N/mm^3], (2,)."""
+        return self.body.loading.at(self.balance.load_factor).body_force
+
+    @cached_property
+    def release_rate(self) -> Floats:
+        """J of each tip [N/mm], nan where there is none, (tip,)."""
+        body, balance, gradients = self.body, self.balance, self.problem.gradients
+        nodal = cf.nodal_force(body.grid, balance.points, gradients, self.density)
+        least = np.array([NO_J * self.energy / domain.clearance for domain in body.tip_domains])
+        if not (balance.contact_pairs and body.grid.tips):
+            values = j_of_tips(body, balance, nodal)
+        else:
+            # Of closed tips J has an error, which the evaluation tells.
+            tips = evaluate_tips(body, gradients, balance, nodal)
+            values, least = tips["J"], np.fmax(least, tips["G_floor"])
+        return np.where(values > least, values, np.nan)
+
+    @cached_property
+    def slopes(self) -> Floats:
+        """Relative change of the energy, and of J at every tip, by finite deformation, (1 + tip,).
+
+        The derivative by a factor on the state, at zero; nan of a tip without J.
+
+        Notes
+        -----
+        The displacement of small strain leaves a force of second order unbalanced at finite
+        deformation. One correction by the stiffness of small strain, with contact of crack faces,
+        makes the displacement right to second order, and J of the finite Eshelby stress to third
+        order: as J is of second order, its relative change is right to first order. So is that of
+        the energy.
+        """
+        largest = np.abs(self.balance.points.displacement_gradient).max(initial=0.0)
+        if not largest > 0.0:
+            return np.full(1 + len(self.body.tip_domains), np.nan)
+        part = SMALL / largest
+        state = correction.first_correction(self.problem, self.balance, self.factor, part)
+        return self.changes(state, part) / part
+
+    def changes(self, state: Equilibrium, scale: float) -> Floats:
+        """Relative change of the energy, and of J of each tip, (1 + tip,).
+
+        Parameters
+        ----------
+        state : Equilibrium
+            At finite deformation.
+        scale : float
+            Factor on the state of small strain that it is compared with.
+        """
+        stored = state.points.energy @ state.points.volume
+        J = self.release_rate
+        if np.isfinite(J).any():
+            of, density = self.problem.gradients, scale * self.density
+            nodal = cf.finite_nodal_force(self.body.grid, state.points, of, density)
+            J = j_of_tips(self.body, state, nodal) / (scale**2 * self.release_rate)
+        return np.append(stored / (scale**2 * self.energy), J) - 1.0
+
+    def by(self, state: Equilibrium, at: float) -> FiniteEffect:
+        """What finite deformation changes, from the state at a factor and the slope at zero."""
+        second = (self.changes(state, at) / at - self.slopes) / at
+        energy, *J = zip(self.slopes.tolist(), second.tolist(), strict=True)
+        return FiniteEffect(energy, tuple(J))
+
+    @property
+    def load_of_growth(self) -> float:
+        """Factor on the state at which J of a tip reaches the least toughness; 0 if none does."""
+        toughness = self.body.materials.g_c[np.isfinite(self.body.materials.g_c)]
+        driving = np.nanmax(self.release_rate, initial=0.0)
+        return math.sqrt(toughness.min() / driving) if toughness.size and driving > 0.0 else 0.0
+
+
 def judge(
-    body: Body,
-    problem: BoundaryValueProblem,
-    balance: Equilibrium,
-    factor: Factor,
+    small: Judged,
     largest: float = 1.0,
     reach: float = 1.0,
     *,
@@ -127,13 +222,7 @@ def judge(
 
     Parameters
     ----------
-    body : Body
-    problem : BoundaryValueProblem
-        Of the body, with elastic materials.
-    balance : Equilibrium
-        At small strain.
-    factor : Factor
-        Of the stiffness of small strain.
+    small : Judged
     largest : float
         Largest factor on the state, greater than zero.
     reach : float
@@ -148,76 +237,41 @@ def judge(
         found: the change is that there, and has the right slope at zero. If it is not found, a
         change above `LOOKED_AT` is infinite.
     """
-    at = reach if 0.0 < reach < math.inf else _load_of_growth(body, problem, balance) or largest
-    energy, gradient = on_energy(problem, balance, at)
+    at = reach if 0.0 < reach < math.inf else small.load_of_growth or largest
+    energy, gradient = on_energy(small.problem, small.balance, at)
     energy /= at
     J: Floats = np.zeros(0)
-    if body.grid.tips and may_be_felt(body, balance, reach * energy, reach * gradient):
+    sizes = reach * energy, reach * gradient
+    if small.body.grid.tips and may_be_felt(small.body, small.balance, *sizes):
         try:
-            J = slopes(body, problem, balance, factor)[1:]
+            J = small.slopes[1:]
         except SolveError:  # of an estimate: the solution is there without it
-            J = np.full(len(body.tip_domains), np.nan)
+            J = np.full(len(small.body.tip_domains), np.nan)
     found = FiniteEffect((energy, 0.0), tuple((slope, 0.0) for slope in J.tolist()))
     if found.largest([at]) <= LOOKED_AT:
         return found
     # With faces in contact Newton's method can cost a hundred times as much as the solution.
-    afforded = 3 if once and not balance.contact_pairs else 2
+    afforded = 3 if once and not small.balance.contact_pairs else 2
     for way in (_by_corrections, _by_less_incompressibility, _by_newton)[:afforded]:
         try:
-            return way(body, problem, balance, factor, at)
+            return way(small, at)
         except SolveError:
             continue
     return replace(found, least=LOOKED_AT)
 
 
-def slopes(
-    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor
-) -> Floats:
-    """Find the relative change of the energy, and of J at every tip, by finite deformation.
-
-    Parameters
-    ----------
-    body, problem, balance, factor
-        As of `judge`.
-
-    Returns
-    -------
-    (1 + tip,) float
-        The derivative by a factor on the state, at zero; nan of a tip without J.
-
-    Notes
-    -----
-    The displacement of small strain leaves a force of second order unbalanced at finite
-    deformation. One correction by the stiffness of small strain, with contact of crack faces,
-    makes the displacement right to second order, and J of the finite Eshelby stress to third
-    order: as J is of second order, its relative change is right to first order. So is that of the
-    energy.
-    """
-    largest = np.abs(balance.points.displacement_gradient).max(initial=0.0)
-    if not largest > 0.0:
-        return np.full(1 + len(body.tip_domains), np.nan)
-    part = SMALL / largest
-    state = correction.first_correction(problem, balance, factor, part)
-    return _changes(body, problem, balance, state, part) / part
-
-
-def _by_corrections(
-    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor, at: float
-) -> FiniteEffect:
+def _by_corrections(small: Judged, at: float) -> FiniteEffect:
     """The effect from corrections by the stiffness; SolveError if they do not settle."""
-    state = correction.settled(problem, balance, factor, at)
-    return _sized(body, problem, balance, factor, state, at)
+    return small.by(correction.settled(small.problem, small.balance, small.factor, at), at)
 
 
-def _by_less_incompressibility(
-    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor, at: float
-) -> FiniteEffect:
+def _by_less_incompressibility(small: Judged, at: float) -> FiniteEffect:
     """As `_by_corrections` with lambda of at most `ALMOST` mu; SolveError if that is another body.
 
     A rotation of a nearly incompressible point by small strain leaves a pressure that hinders the
     corrections, while the effect hardly depends on what is left of compressibility.
     """
-    materials = problem.materials
+    materials = small.problem.materials
     lam = np.minimum(materials.volumetric, ALMOST * materials.lame[:, 1])
     less = lam - materials.volumetric
     if not less.any():
@@ -226,85 +280,19 @@ def _by_less_incompressibility(
     lame[:, 0] = constants[:, 0] = lam
     elastic = elastic + less[:, None, None] * np.pad(np.ones((2, 2)), (0, 1))
     softer = replace(materials, volumetric=lam, lame=lame, constants=constants, elastic=elastic)
-    posed = replace(problem, materials=softer)
-    stiffness = small_strain.assemble_stiffness(posed)
-    tangent = small_strain.factored(posed, stiffness)
-    alike = small_strain.solve_linear(posed, stiffness, balance.load_factor, tangent)
-    energies = (state.points.energy @ state.points.volume for state in (alike, balance))
-    if abs(next(energies) / next(energies) - 1.0) > SAME_ENERGY:
+    problem = replace(small.problem, materials=softer)
+    stiffness = small_strain.assemble_stiffness(problem)
+    factor = small_strain.factored(problem, stiffness)
+    balance = small_strain.solve_linear(problem, stiffness, small.balance.load_factor, factor)
+    alike = Judged(small.body, problem, balance, factor)
+    if abs(alike.energy / small.energy - 1.0) > SAME_ENERGY:
         raise SolveError("compressibility is felt")
-    return _by_corrections(body, posed, alike, tangent, at)
+    return _by_corrections(alike, at)
 
 
-def _by_newton(
-    body: Body, problem: BoundaryValueProblem, balance: Equilibrium, factor: Factor, at: float
-) -> FiniteEffect:
+def _by_newton(small: Judged, at: float) -> FiniteEffect:
     """The effect from the state itself; SolveError if it takes too many steps."""
-    state = stepping.from_rest(problem, at * balance.load_factor, MOST_STEPS)
+    state = stepping.from_rest(small.problem, at * small.balance.load_factor, MOST_STEPS)
     if state.stopped:
         raise SolveError(state.stopped)
-    return _sized(body, problem, balance, factor, state, at)
-
-
-def _sized(
-    body: Body,
-    problem: BoundaryValueProblem,
-    balance: Equilibrium,
-    factor: Factor,
-    state: Equilibrium,
-    at: float,
-) -> FiniteEffect:
-    """What finite deformation changes, from the state at a factor and the slope at zero."""
-    slope = slopes(body, problem, balance, factor)
-    second = (_changes(body, problem, balance, state, at) / at - slope) / at
-    energy, *J = zip(slope.tolist(), second.tolist(), strict=True)
-    return FiniteEffect(energy, tuple(J))
-
-
-def _changes(
-    body: Body,
-    problem: BoundaryValueProblem,
-    balance: Equilibrium,
-    state: Equilibrium,
-    scale: float,
-) -> Floats:
-    """Relative change of the energy, and of J of each tip, from a state times a factor, (1 + tip,).
-
-    Parameters
-    ----------
-    body, problem, balance
-        As of `judge`.
-    state : Equilibrium
-        At finite deformation.
-    scale : float
-        Factor on the state of small strain to be compared with.
-    """
-    before = scale**2 * (balance.points.energy @ balance.points.volume)
-    values, density = _j_of(body, problem.gradients, balance)
-    J = values
-    if np.isfinite(values).any():
-        nodal = cf.finite_nodal_force(body.grid, state.points, problem.gradients, scale * density)
-        J = j_of_tips(body, state, nodal) / (scale**2 * values)
-    return np.append(state.points.energy @ state.points.volume / before, J) - 1.0
-
-
-def _load_of_growth(body: Body, problem: BoundaryValueProblem, balance: Equilibrium) -> float:
-    """Factor on the state at which J of a tip reaches the least toughness; 0 if none does."""
-    toughness = body.materials.g_c[np.isfinite(body.materials.g_c)]
-    driving = np.nanmax(_j_of(body, problem.gradients, balance)[0], initial=0.0)
-    return math.sqrt(toughness.min() / driving) if toughness.size and driving > 0.0 else 0.0
-
-
-def _j_of(body: Body, gradients: Floats, balance: Equilibrium) -> tuple[Floats, Floats]:
-    """J at small strain, nan where there is none, and the body force [N/mm], [N/mm^3]."""
-    density = body.loading.at(balance.load_factor).body_force
-    nodal = cf.nodal_force(body.grid, balance.points, gradients, density)
-    energy = balance.points.energy @ balance.points.volume
-    least = np.array([NO_J * energy / domain.clearance for domain in body.tip_domains])
-    if not (balance.contact_pairs and body.grid.tips):
-        values = j_of_tips(body, balance, nodal)
-    else:
-        # Of closed tips J has an error, which the evaluation tells.
-        tips = evaluate_tips(body, gradients, balance, nodal)
-        values, least = tips["J"], np.fmax(least, tips["G_floor"])
-    return np.where(values > least, values, np.nan), density
+    return small.by(state, at)

@@ -103,7 +103,7 @@ def on_j_of(scene: dict[str, Any]) -> tuple[Any, Equilibrium, Any]:
     balance = small_strain.solve_linear(problem, stiffness, 1.0, factor)
     nodal = cf.nodal_force(body.grid, balance.points, gradients, np.zeros(2))
     tips = evaluate_tips(body, gradients, balance, nodal)
-    return tips, balance, finite_effect.slopes(body, problem, balance, factor)[1:]
+    return tips, balance, finite_effect.Judged(body, problem, balance, factor).slopes[1:]
 
 
 def test_a_tip_that_is_pressed_shut_has_no_j_to_compare_with() -> None:

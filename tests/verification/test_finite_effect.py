@@ -303,7 +303,7 @@ def test_a_body_that_hardly_strains_pays_nothing(monkeypatch: pytest.MonkeyPatch
     def nothing(*arguments: Any) -> Any:
         raise AssertionError("not needed")
 
-    monkeypatch.setattr(finite_effect, "slopes", nothing)
+    monkeypatch.setattr(correction, "first_correction", nothing)
     monkeypatch.setattr(correction, "settled", nothing)
     history = run(single_edge(0.3, 5.0))
     assert np.isnan(history.finite_effect_J.values).all()
@@ -315,8 +315,8 @@ def test_a_body_that_hardly_strains_pays_nothing(monkeypatch: pytest.MonkeyPatch
 
 def test_a_load_that_is_found_is_judged_by_the_last_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under crack control the load of the first step is not known: there J is always looked at."""
-    calls, slopes = [], finite_effect.slopes
-    monkeypatch.setattr(finite_effect, "slopes", lambda *a: calls.append(1) or slopes(*a))
+    calls, first = [], correction.first_correction
+    monkeypatch.setattr(correction, "first_correction", lambda *a: calls.append(1) or first(*a))
     monkeypatch.setattr(finite_effect, "LOOKED_AT", np.inf)
     plate = single_edge(0.3, 1.0) | {"growth": {"control": "crack", "increments": 3}}
     for g_c, looks in ((1e-3, 1), (10.0, 3)):

@@ -49,6 +49,11 @@ PLOTTING = sorted(
 # Blocks of values that studies of the paper name.
 PRESCRIBED = ["configs/paper/as_printed.yaml", "configs/paper/best.yaml"]
 
+# What the paper states, which claims quote.
+STATEMENTS = sorted(
+    str(path.relative_to(ROOT)) for path in ROOT.glob("workflows/statements/*.yaml")
+)
+
 # What others have computed. Drawing and deciding take seconds: again when any of it changes.
 REFERENCES = sorted(
     str(path.relative_to(ROOT)) for path in ROOT.glob("workflows/reference/*.csv")

@@ -167,6 +167,7 @@ rule claims_growth:
     input:
         **GROWN,
         code=modules("claims_growth"),
+        statements=STATEMENTS,
         references=REFERENCES,
     output:
         table="results/paper/sections_5_2_to_5_5.csv",

@@ -185,9 +185,9 @@ def elongations(e: Evidence) -> Claim:
     dead = e.steps.sel(control="dead", steps=1)
     there = reached(dead).values
     asked, found = dead.asked.values[there], dead.elongation.values[there]
-    linear = asked / float(e.curves.young)
+    linear = dead.asked.values / float(e.curves.young)
     fits = bool(np.all(np.abs(found / (asked / 2e5) - 1.0) <= LIKE))
-    by_modulus = bool(np.all(np.abs(linear / (asked / 2e5) - 1.0) <= LIKE))
+    by_modulus = bool(np.all(np.abs(linear / (dead.asked.values / 2e5) - 1.0) <= LIKE))
     last = (100 * float(found[-1]), 1e-3 * float(asked[-1]))
     return paper_claim(
         "large_strains",

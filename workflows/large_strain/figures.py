@@ -15,7 +15,7 @@ from cfmpm.plotting.style import BLACK, GREY, panels
 from workflows.large_strain.datasets import G_AT_10, curve, fem, lefm, modulus, of_fem, reached
 
 # Width of a page in print: 170 mm [inch].
-WIDE = 6.7
+WIDE = 6.6
 # Of the paper's Fig. 8 [MPa].
 LARGEST_LOAD = 1e5
 TOTAL = "total Lagrangian, same grid"
@@ -116,7 +116,7 @@ def _draw_reached(axes: Axes, cases: xr.Dataset) -> None:
     """Elongation at the last stable state against that asked for."""
     axes.plot([0.0, 53.0], [0.0, 53.0], color=GREY, lw=0.9, zorder=0)
     said: dict[str, Any] = {"rotation": 45, "rotation_mode": "anchor", "color": GREY}
-    axes.annotate("reached", (17.0, 18.5), fontsize=7, **said)
+    axes.annotate("reached", (41.0, 43.0), fontsize=7, **said)
     axes.annotate("numerical fracture", (33.0, 27.5), va="top", fontsize=7, **said)
     for k, number in enumerate(cases.steps.values):
         one = cases.sel(steps=number)

@@ -31,6 +31,7 @@ rule large_strain:
         scene=PULLED.scene,
         references=REFERENCES,
         code=[*modules("large_strain"), *PLOTTING],
+        statements=STATEMENTS,
     output:
         curves="results/paper/large_strain/curves.nc",
         steps="results/paper/large_strain/steps.nc",

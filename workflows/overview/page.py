@@ -89,11 +89,10 @@ def _first_screen(sections: Sequence[Section]) -> str:
         for verdict, (*_, title) in VERDICTS.items()
         if of[verdict]
     }
-    holds = listed.pop("yes", "")
     return (
         f'<section id="verdict">\n<p class="lead">Of {len(claims)} claims of the paper, '
         f"computed by its own method, {_series(counts)}.</p>\n"
-        f'<div class="columns"><div>{holds}</div><div>{"".join(listed.values())}</div></div>\n'
+        f'<div class="columns">{"".join(listed.values())}</div>\n'
         f'<p class="source">{_beyond(sections)}{html.escape(TERMS)}</p>\n</section>\n'
     )
 

@@ -33,7 +33,10 @@ figcaption h3 { margin-top: 0; }
 section table { font-size: 12.5px; }
 tr:target td { background: #fff7d6; }
 @media (min-width: 900px) {
-  .columns { display: grid; grid-template-columns: 1fr 1fr; gap: 2em; }
+  .columns { columns: 2; column-gap: 2em; }
+  .columns h3 { break-after: avoid; }
+  .columns h3:first-child { margin-top: 0; }
+  .columns li { break-inside: avoid; }
   figure { grid-template-columns: 3fr 2fr; }
 }
 """

@@ -76,6 +76,7 @@ CLAIMS: tuple[Callable[[Evidence], Claim], ...] = (
     convergence.fem_angle,
     domain.settling_angle,
     domain.one_twentieth,
+    domain.j_projection,
     domain.path_dependent,
     domain.vanishes,
     domain.direction_drawn,

@@ -5,8 +5,17 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from cfmpm.body.grid import Floats
 from workflows.reporting.claim_table import Claim, paper_claim
-from workflows.section_5_1.evidence import Evidence, grade, of_nodes, settled, word
+from workflows.section_5_1.evidence import (
+    Evidence,
+    grade,
+    of_nodes,
+    percent,
+    percents,
+    settled,
+    word,
+)
 
 # CF is settled where it stays this near to its value at the largest radius: norm, angle [deg].
 SETTLED, SETTLED_ANGLE = 0.02, 0.1
@@ -14,6 +23,8 @@ SETTLED, SETTLED_ANGLE = 0.02, 0.1
 VANISHED, VANISH_AT, LAYERS = 0.1, 20.0, 4
 # Radii that the paper states [mm]: of the two grids, and of the FEM of [45].
 STATED, STATED_FEM = (20.0, 10.0), 15.0
+# J and the component of CF along the crack are equal within this part.
+PROJECTED = 0.01
 # The step of the sweep of radii [mm].
 STEP = 5.0
 
@@ -133,6 +144,31 @@ def path_dependent(e: Evidence) -> Claim:
             "path-independent, where the paper prints path-dependent.",
             "path-dependent.",
         ),
+    )
+
+
+def j_projection(e: Evidence) -> Claim:
+    """J is the component of CF along the crack."""
+
+    def apart(series: xr.Dataset) -> Floats:
+        along = e.norm(series) * np.cos(np.radians(e.angle(series)))
+        j: Floats = series.J.sel(scheme="MPM", radius=e.radius).values
+        return along / j - 1.0
+
+    off = apart(e.T3)
+    held = abs(off[-1]) <= PROJECTED and abs(off[-1]) < abs(off[0])
+    return paper_claim(
+        "j_projection",
+        found=f"component of CF along the crack over J, less one: {percent(off[0])} on the "
+        f"coarsest, {percent(off[-1], 2)} on the finest grid",
+        held=word(held),
+        test=f"within {100 * PROJECTED:g} % on the finest grid, and nearer than on the coarsest; J "
+        "by its own integral over a ring",
+        reference="equal (Rice, Eshelby)",
+        best=f"T6 graded: {apart(e.graded)[-1]:.0e}",
+        error=percents(off),
+        sentence="J is the component of CF along the crack"
+        + word(held, ", on finer grids ever more closely.", " to some per cent only."),
     )
 
 

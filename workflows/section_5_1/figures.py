@@ -23,7 +23,7 @@ from workflows.section_5_1.settings import SERIES
 NORM = "norm of CF [N/mm]"
 ANGLE = "angle of CF [deg]"
 # Width of a page in print: 170 mm [inch].
-WIDE = 6.7
+WIDE = 6.6
 SMALL = 7
 AT_TIP, BEST = "tip node only", "best: T6 graded to the tip"
 # Radii of the domain that the paper names for its two grids [mm]: 5.1, pages 10 and 11.
@@ -309,7 +309,7 @@ def _levels(axes: Axes, handbook: float, converged: float) -> None:
 
 def _element(name: str) -> str:
     """What a grid of the study is called in a figure."""
-    return "best: T6 graded" if "graded" in name else name.split("_")[0]
+    return "best: T6" if "graded" in name else name.split("_")[0]
 
 
 def _kept(x: xr.DataArray, y: xr.DataArray) -> np.ndarray:

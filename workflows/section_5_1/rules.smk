@@ -65,6 +65,7 @@ rule section_5_1:
         grids=rules.section_5_1_data.output.grids,
         scene=PAPER.scene,
         code=[*modules("section_5_1"), *PLOTTING],
+        statements=STATEMENTS,
     output:
         fig4=figure(4, STATIONARY),
         fig4_data="results/paper/fig4.nc",

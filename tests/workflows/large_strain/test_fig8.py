@@ -294,3 +294,14 @@ def test_figures_are_drawn(tmp_path):
     for picture, data in (figure, laws):
         assert picture.stat().st_size > 20_000
         assert xr.load_dataset(data).sizes
+
+
+def test_the_paper_s_grid_is_that_of_what_is_printed(root):
+    """The same grid without reset is compared with."""
+    folder = root / "configs/paper"
+    study = load_study(folder / "studies/large_strain.yaml").study.product["variant"].variants
+    printed = yaml.safe_load((folder / "as_printed.yaml").read_text(encoding="utf-8"))
+    best = yaml.safe_load((folder / "best.yaml").read_text(encoding="utf-8"))
+    for variant in ("hencky_uniform", "hencky_uniform_dead", "hencky_domains"):
+        assert study[variant]["mesh"] == printed["large_strain"]["mesh"]
+    assert study["ciarlet_T6_0.5"] == best["large_strain"]

@@ -45,6 +45,10 @@ def test_statements_shown_by_figures_are_decided_by_claims(root):
         for path in (root / "workflows").rglob("*.py")
         if path.name != "statements.py"
     )
-    of_claims = [one for one in STATEMENTS if one.figures and one.section in ("5.1", "6")]
-    missing = [one.key for one in of_claims if f'"{one.key}"' not in code]
+    of_claims = [one for one in STATEMENTS if one.figures]
+    there = {one.key for one in of_claims if f'"{one.key}"' in code}
+    # Of a section of which no claim is decided yet none is missing.
+    sections = {one.section for one in of_claims if one.key in there}
+    missing = [one.key for one in of_claims if one.section in sections and one.key not in there]
+    assert {"5.1", "6"} <= sections
     assert missing == []

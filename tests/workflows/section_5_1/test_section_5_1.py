@@ -210,6 +210,8 @@ def test_claims_of_convergence_follow_the_data(evidence):
 def test_claims_of_the_domain_follow_the_data(evidence):
     T3 = evidence.T3
     assert domain.one_twentieth(replace(evidence, crack_length=1000.0)).verdict == "yes"
+    turned = T3.assign(cf_angle=0.0 * T3.cf_angle + 20.0)
+    assert domain.j_projection(replace(evidence, T3=turned)).verdict == "no"
     wild = evidence.graded.assign(cf_norm=evidence.graded.cf_norm * (1 + T3.radius / 90))
     assert domain.path_dependent(replace(evidence, graded=wild)).verdict == "yes"
     drifting = T3.assign(cf_norm=T3.cf_norm * (1 + T3.radius / 90))
