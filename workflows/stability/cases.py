@@ -12,9 +12,10 @@ import xarray as xr
 
 from cfmpm.errors import SceneError
 from cfmpm.output.files import write_dataset
-from cfmpm.scene import load_scene
+from cfmpm.scene import Scene, load_scene
 from cfmpm.study.layout import STATUS
 from cfmpm.study.reading import study_from_dict
+from workflows.stability.closed_forms import CLOSED_FORMS
 from workflows.stability.settings import Case, Stability
 from workflows.stability.slivers import write_plate
 from workflows.study.solved import solved
@@ -37,6 +38,11 @@ REACHED = {
     "J_path": "J_path",
     "force": "force",
     "elongation": "elongation",
+    "length": "length_path",
+    "cycles": "cycles_path",
+    "K_I": "K_I_reached",
+    "K_II": "K_II_reached",
+    "aside": "aside_reached",
 }
 
 
@@ -72,7 +78,8 @@ def write_cases(settings: Mapping[str, Any], workers: int, path: str | Path) -> 
             dataset[key].loc[{"case": name}] = text
     dataset["not_known"] = dataset.not_known.fillna(0.0)
     dataset["group"] = "case", [group for group, _, _ in each(study)]
-    write_dataset(_with_references(dataset, cases), Path(path))
+    scenes = {name: load_scene(study.scene, variants[name]) for name in cases if cases[name].along}
+    write_dataset(_with_references(dataset, cases, scenes), Path(path))
 
 
 def each(study: Stability) -> Iterator[tuple[str, str, Case]]:
@@ -126,17 +133,27 @@ def _solved(scene_file: str, variants: Mapping[str, Any], workers: int) -> xr.Da
     )
 
 
-def _with_references(dataset: xr.Dataset, cases: Mapping[str, Case]) -> xr.Dataset:
+def _with_references(
+    dataset: xr.Dataset, cases: Mapping[str, Case], scenes: Mapping[str, Scene]
+) -> xr.Dataset:
     """How each case should end, what is known of it, and whether that has held."""
     reference, error = zip(
-        *(_compared(dataset, name, case) for name, case in cases.items()), strict=True
+        *(
+            _along(dataset.sel(case=name), case.along, scenes[name])
+            if case.along is not None
+            else _compared(dataset, name, case)
+            for name, case in cases.items()
+        ),
+        strict=True,
     )
     columns = {
         "expected": [case.ends for case in cases.values()],
         "within": [np.nan if case.within is None else case.within for case in cases.values()],
         "reference": list(reference),
         "error": list(error),
-        "compared": [case.compared for case in cases.values()],
+        "compared": [
+            CLOSED_FORMS[case.along][0] if case.along else case.compared for case in cases.values()
+        ],
         "reference_from": [case.source or case.as_case or "" for case in cases.values()],
     }
     dataset = dataset.assign({name: ("case", column) for name, column in columns.items()})
@@ -155,6 +172,18 @@ def _compared(dataset: xr.Dataset, name: str, case: Case) -> tuple[float, float]
     if case.vanishes:
         return 0.0, abs(found / known)
     return known, abs(found / known - 1.0)
+
+
+def _along(row: xr.Dataset, form: str, scene: Scene) -> tuple[float, float]:
+    """The last value of a closed form, and the largest error along the steps relative to it."""
+    name, known_at = CLOSED_FORMS[form]
+    there = np.isfinite(row[name].values) & np.isfinite(row.length.values)
+    if np.count_nonzero(there) < 2:
+        return np.nan, np.nan
+    found = row[name].values[there]
+    known = known_at(scene, row.length.values[there], row.load_factor.values[there])
+    errors = np.abs(found - known)[known > 0.0] / known[known > 0.0]
+    return float(known[-1]), float(errors.max())
 
 
 def _last(values: xr.DataArray) -> float:

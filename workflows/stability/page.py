@@ -20,6 +20,15 @@ COLUMNS = (
     *("case", "what happened", "J [N/mm]", "known", "error", "allowed"),
     *("iterations / steps", "unbalanced", "as it should be"),
 )
+# What is known, where it is not J.
+SAID = {
+    "load_reached": "load factor ",
+    "elongation": "elongation ",
+    "K_I": "K_I ",
+    "K_II": "K_II ",
+    "aside": "aside ",
+    "cycles": "cycles ",
+}
 # The paths of load that are drawn: cases by panel with their labels.
 PATHS: Mapping[str, Mapping[str, str]] = {
     "Dead load past the limit point": {
@@ -102,14 +111,15 @@ def _what_happened(row: xr.Dataset) -> str:
     """The words in which the program said it; of a solved case, its warnings."""
     status, message = row.status.item(), row.message.item()
     if status == "solved":
-        return "; ".join(["solved", *json.loads(row.warnings.item())])
+        # Of a growing crack, the word for its end.
+        return "; ".join([message.split(":")[0], *json.loads(row.warnings.item())])
     return message if status == "unstable" else f"{status}: {message}"
 
 
 def _known(row: xr.Dataset) -> str:
     if row.reference.isnull():
         return ""
-    what = "load factor " if row.compared == "load_reached" else ""
+    what = SAID.get(row.compared.item(), "")
     return f"{what}{float(row.reference):.6g} ({row.reference_from.item()})"
 
 

@@ -24,7 +24,10 @@ class Case(Block):
     replaced: dict[str, Any] = Field({}, description="values of the scene, by dotted keys")
     grid: SliverGrid | None = Field(None, description="in place of one by gmsh")
     ends: Literal["solved", "unstable", "failed", "refused"] = "solved"
-    compared: Literal["J", "load_reached", "elongation"] = "J"
+    compared: Literal["J", "load_reached", "elongation", "K_I", "K_II", "aside"] = "J"
+    along: Literal["edge_crack_rate", "edge_crack_cycles", "double_cantilever_rate"] | None = Field(
+        None, description="closed form, with which all steps of a growing crack are compared"
+    )
     exact: float | None = Field(None, description="known value of what is compared")
     as_case: str | None = Field(None, description="a case above: group/name")
     times: float = Field(1.0, description="factor on the value of that case")
