@@ -155,15 +155,18 @@ def test_aligned_segments_keep_close_to_the_total_formulation(mode: str) -> None
     np.testing.assert_allclose(free / grown, 0.5 * (G[1:] + G[:-1]), rtol=0.2)
 
 
+def around_a_release(mode: str) -> tuple[Stage, Stage]:
+    """The first load step of a plate after the reset of its grid, and after its first release."""
+    clock = Clock(lambda phase: None)
+    at = steps.locate(steps.begin(scene_from_dict(plate(0.1, *MODES[mode]))), clock)
+    balance = steps.solve(at, None, clock)
+    at_rest = steps.reset(at, balance, clock)
+    return at_rest, steps.release(at_rest, steps.evaluate(at, balance, clock), clock)
+
+
 def test_points_keep_their_place_and_gradient_at_a_release() -> None:
     """The paper, section 4.1: the material points are not moved as a segment is aligned."""
-    scene = scene_from_dict(plate(0.1, *MODES["fixed"]))
-    clock = Clock(lambda phase: None)
-    at = steps.locate(steps.begin(scene), clock)
-    balance = steps.solve(at, None, clock)
-    state = steps.evaluate(at, balance, clock)
-    at_rest = steps.reset(at, balance, clock)
-    after = steps.release(at_rest, state, clock)
+    at_rest, after = around_a_release("fixed")
     before, now = at_rest.body, after.body
     np.testing.assert_array_equal(now.points.position, before.points.position)
     np.testing.assert_array_equal(now.points.volume, before.points.volume)
@@ -184,13 +187,7 @@ def test_points_keep_their_place_and_gradient_at_a_release() -> None:
 
 def test_the_mean_gradient_of_domains_is_kept_at_a_release() -> None:
     """The volume integral of the displacement gradient does not change with the triangles."""
-    scene = scene_from_dict(plate(0.1, *MODES["following, domains"]))
-    clock = Clock(lambda phase: None)
-    at = steps.locate(steps.begin(scene), clock)
-    balance = steps.solve(at, None, clock)
-    state = steps.evaluate(at, balance, clock)
-    at_rest = steps.reset(at, balance, clock)
-    after = steps.release(at_rest, state, clock)
+    at_rest, after = around_a_release("following, domains")
     assert at_rest.balance is not None
     assert after.balance is not None
     sums = [
