@@ -58,7 +58,8 @@ def read_settings(config: Mapping[str, Any]) -> Settings:
     # A study given as --configfile has found its way into it, and has been checked by itself.
     blocks = {key: value for key, value in config.items() if key not in Study.model_fields}
     settings = Settings.model_validate(blocks)
-    studies = [one.study for one in settings.growth.studies().values()]
+    growing = settings.growth.studies().values()
+    studies = [path for one in growing for path in (one.study, one.scatter)]
     for path in (settings.section_5_1.study, *studies, settings.large_strain.study):
         load_study(path)
     for group in settings.stability.groups.values():

@@ -27,7 +27,7 @@ def test_study(path):
     assert first == "# yaml-language-server: $schema=../../study_schema.json"
     scene = Path(study_file.scene_of(str(path)))
     assert scene.parent == FOLDER.parent
-    assert path.stem.startswith(scene.stem)
+    assert path.stem.startswith((scene.stem, "scatter_"))
     jsonschema = pytest.importorskip("jsonschema")
     data = YAML(typ="safe", pure=True).load(path)
     jsonschema.validate(data, schema(Study), jsonschema.Draft202012Validator)
@@ -60,4 +60,4 @@ def test_both_files_of_settings_have_all_scenes():
 
 
 def test_there_is_one_for_each_section_with_a_sweep():
-    assert len(STUDIES) >= 7
+    assert len(STUDIES) >= 11

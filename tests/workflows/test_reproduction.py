@@ -19,7 +19,11 @@ pytestmark = pytest.mark.slow
 
 FIGURES = tuple(range(4, 17))
 # Beyond the paper.
-EXTRA = ("error_by_unknowns", "large_strain_laws")
+EXTRA = (
+    *("error_by_unknowns", "large_strain_laws"),
+    *("convergence_shear", "driving_force_holes", "near_miss_beam"),
+    *("scatter_edge", "scatter_shear", "scatter_holes", "scatter_beam"),
+)
 TABLES = ("section_5_1", "sections_5_2_to_5_5", "large_strain")
 STUDIES = ("edge", "shear", "holes", "beam")
 EVERYTHING = [

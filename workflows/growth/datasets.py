@@ -15,7 +15,7 @@ from workflows.study.solved import solved, without_failures
 
 # Of the study, what figures and claims are made from.
 KEPT = (
-    *("tip_x", "tip_y", "crack_length", "tip_status", "domain_radius"),
+    *("tip_x", "tip_y", "crack_length", "tip_status", "domain_radius", "tip_size"),
     *("cf_angle", "cf_norm", "cf_tip_x", "cf_tip_y", "J", "G", "K_I", "K_II"),
     *("strain_energy", "external_work", "fracture_energy"),
     *("reaction_y", "displacement_y", "n_points", "empty_elements", "load_factor", "run_status"),
@@ -57,6 +57,11 @@ def steps(dataset: xr.Dataset, variant: str) -> xr.Dataset:
     """Return the history of a variant without the steps that it has not."""
     one = dataset.sel(variant=variant)
     return one.isel(step=np.flatnonzero(one.tip_x.notnull().any("tip")))
+
+
+def radius_of(dataset: xr.Dataset, variant: str) -> float:
+    """Return the domain radius at the first step of the first tip [mm]."""
+    return float(dataset.domain_radius.sel(variant=variant).isel(tip=0, step=0))
 
 
 def segment_angles(path: Floats) -> Floats:

@@ -12,12 +12,31 @@ from workflows.configuration.block import Block, require
 # Variants that figures and claims speak of by name, by study.
 GROWN = {
     "edge": (
-        *("cf_790", "cf_2584", "hoop_790", "hoop_2584", "paper_790", "paper_2584"),
+        *("as_printed_790", "as_printed_2584", "best", "reset_790", "reset_2584"),
         *("t6", "crack_control"),
     ),
-    "shear": ("cf", "paper", "cf_second", "hoop_second_1.38", "t6_second_2.76", "t6_second_1.95"),
-    "holes": ("cf", "paper", "hoop", "stiff", "crack_control", "rollers"),
-    "beam": ("cf_15_5", "cf_10_4", "cf_10_6", "hoop_15_5", "hoop_10_4", "hoop_10_6"),
+    "shear": (
+        *("as_printed", "best", "reset", "reset_5", "cf_first_1.38", "cf_second_2.76"),
+        *("hoop_second_1.38", "t6_second_2.76"),
+    ),
+    "holes": (
+        *("as_printed", "best", "reset", "reset_tenth", "cf", "stiff", "crack_control"),
+        "rollers",
+    ),
+    "beam": (
+        *("as_printed_15_5", "as_printed_10_6", "as_printed_10_4"),
+        *("best_15_5", "best_10_6", "best_10_4"),
+    ),
+}
+# The same on many grids: what the values of a parameter are called.
+SCATTERED = {
+    "edge": {"how": ("as_printed", "twice", "domains")},
+    "shear": {"how": ("as_printed", "twentieth", "domains")},
+    "holes": {"how": ("as_printed", "twentieth", "twice", "domains")},
+    "beam": {
+        "case": ("15_5", "10_6", "10_4"),
+        "how": ("R_12.7", "R_19.05", "twentieth", "domains"),
+    },
 }
 
 
@@ -32,6 +51,7 @@ class GrowthStudy(Block):
     """A scene whose cracks grow, in several variants (paper sections 5.2 to 5.5)."""
 
     study: str = Field(description="study file with a parameter variant")
+    scatter: str = Field(description="study file with parameters how and grid")
     film: Film
 
     @property
@@ -46,7 +66,11 @@ class GrowthStudy(Block):
 
     def filmed(self) -> dict[str, Any]:
         """What the variant of the film replaces in the scene, by dotted keys."""
-        return study_file.replaced(self.study, "variant", self.film.variant)
+        return self.replaced(self.film.variant)
+
+    def replaced(self, variant: str) -> dict[str, Any]:
+        """What a variant replaces in the scene, by dotted keys."""
+        return study_file.replaced(self.study, "variant", variant)
 
     @model_validator(mode="after")
     def _film_is_a_variant(self) -> Self:
@@ -76,6 +100,9 @@ class Growth(Block):
     def _what_is_shown_is_there(self) -> Self:
         for name, study in self.studies().items():
             require(f"{name}.variants", GROWN[name], study.variants)
+            for parameter, needed in SCATTERED[name].items():
+                there = study_file.labels(study.scatter, parameter)
+                require(f"{name}.scatter.{parameter}", needed, there)
         sizes = self.near_miss_sizes()
         if not sizes:
             raise ValueError("beam.variants: figures and claims need first_ with an element size")

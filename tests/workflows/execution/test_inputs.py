@@ -48,7 +48,7 @@ def test_every_module_of_a_script_is_an_input(root, inputs):
     for script in scripts:
         assert set(modules_of(script, root)) <= set(inputs[script.stem]), script.stem
     # And so are those that a script imports by way of others.
-    claims = {"growth/claims", "growth/figures", "reporting/claim_table", "reporting/html_page"}
+    claims = {"growth/claims", "growth/outcomes", "reporting/claim_table", "reporting/html_page"}
     assert {f"workflows/{name}.py" for name in claims} <= set(inputs["claims_growth"])
 
 

@@ -7,15 +7,18 @@ import xarray as xr
 
 from cfmpm.ending import RUN_STATUS
 from cfmpm.output.variables import TIP_STATUS
+from workflows.growth.beam_holes import BOTTOM, HOLE
 from workflows.growth.datasets import KEPT
 from workflows.growth.edge_claims import FIXED_GRIPS
-from workflows.growth.figures import BOTTOM, HOLE
+from workflows.growth.settings import SCATTERED
 from workflows.reference.path_points import reference
 
 OF_STEP = ("strain_energy", "external_work", "fracture_energy", "n_points", "empty_elements")
 
 
-def history(paths, ended="arrived", end="arrived_boundary", n_points=790.0, **values):
+def history(
+    paths, ended="arrived", end="arrived_boundary", n_points=790.0, edges=("top",), **values
+):
     """A run whose tips follow paths of equal length; values replace the ones of all steps."""
     paths = {name: np.asarray(path, float) for name, path in paths.items()}
     n, tips = len(next(iter(paths.values()))), list(paths)
@@ -25,7 +28,7 @@ def history(paths, ended="arrived", end="arrived_boundary", n_points=790.0, **va
         name: np.ones((n, len(tips))) for name in KEPT if name not in ("load_factor", "run_status")
     }
     data |= {name: np.zeros(n) for name in OF_STEP}
-    data |= {"reaction_y": np.zeros((n, 1)), "displacement_y": np.zeros((n, 1))}
+    data |= {name: np.zeros((n, len(edges))) for name in ("reaction_y", "displacement_y")}
     data |= {"tip_x": places[..., 0], "tip_y": places[..., 1], "crack_length": length}
     status = np.full((n, len(tips)), TIP_STATUS.index("growing"), np.int8)
     status[-1] = TIP_STATUS.index(end)
@@ -46,7 +49,7 @@ def history(paths, ended="arrived", end="arrived_boundary", n_points=790.0, **va
     coords = {
         "step": np.arange(1, n + 1),
         "tip": tips,
-        "boundary": ["top"],
+        "boundary": list(edges),
     }
     return xr.Dataset(variables, coords)
 
@@ -61,10 +64,20 @@ def stack(histories):
     )
 
 
-def straight(n, **values):
+def on_grids(runs, **first):
+    """Runs along grid, and along further parameters by the names of their values."""
+    found = xr.concat(runs, xr.Variable("grid", np.arange(len(runs))), join="outer")
+    for name, labels in first.items():
+        found = xr.concat([found] * len(labels), xr.Variable(name, list(labels)))
+    return found
+
+
+def straight(n, bend=0.1, **values):
+    """Across the plate in its middle, up and down by a few hundredths of a degree."""
     x = np.linspace(100.0, 500.0, 21)
-    path = {"crack_1": np.column_stack([x, np.full(21, 500.0)])}
-    return history(path, n_points=n, crack_length=x, **values)
+    y = np.full(21, 500.0)
+    y[1:-1:2] += bend * 790.0 / n
+    return history({"crack_1": np.column_stack([x, y])}, n_points=n, crack_length=x, **values)
 
 
 def edge():
@@ -72,17 +85,19 @@ def edge():
     x = np.linspace(100.0, 500.0, 21)
     G = np.interp(x, list(FIXED_GRIPS), list(FIXED_GRIPS.values()))
     turning = 0.05 + 1e-6 * (x - 300.0) ** 2
-    tip = {"cf_tip_y": np.full(21, 0.05)}
+    tip = {
+        "cf_tip_y": np.full(21, 0.05),
+        "domain_radius": np.full((21, 1), 50.0),
+        "fracture_energy": x - 100.0,
+    }
     return stack(
         {
-            **{
-                f"{kind}_{n}": straight(n, **tip)
-                for kind in ("cf", "hoop", "paper")
-                for n in (790, 2584)
-            },
-            "t6": straight(2000, G=G),
+            **{f"{kind}_{n}": straight(n, **tip) for kind in PRINTED for n in (790, 2584)},
+            "best": straight(3000, 0.0),
+            "t6": straight(2000, 0.0, G=G),
             "crack_control": straight(
                 2000,
+                0.0,
                 load_factor=turning,
                 strain_energy=np.full(21, 50.0),
                 fracture_energy=x - 100.0,
@@ -92,15 +107,38 @@ def edge():
     )
 
 
-SHEAR = ("cf", "paper", "cf_second", "hoop_second_1.38", "t6_second_2.76", "t6_second_1.95")
-SIZES = ("hoop_first_2.76", "hoop_first_1.38", "hoop_second_2.76", "t6_first_2.76")
+PRINTED = ("as_printed", "reset")
+
+
+def edge_grids():
+    """Straight on four grids."""
+    runs = [straight(n) for n in (780, 800, 2500, 2600)]
+    return on_grids(runs, how=SCATTERED["edge"]["how"])
+
+
+def under_shear(steps=15, **values):
+    """Through the converged points, in as many steps."""
+    start = [35.0, 80.0], [37.5, 80.0 - 2.5 * np.tan(np.radians(14.68))]
+    known = np.vstack([*start, reference("shear_plate_limit"), [70.0, 73.5]])
+    x = np.unique([*known[:, 0], *np.linspace(61.0, 69.0, steps + 1 - len(known))])
+    path = np.column_stack([x, np.interp(x, *known.T)])
+    return history({"crack_1": path}, **values)
+
+
+SHEAR = ("best", "reset", "reset_5", "cf_first_1.38", "cf_second_2.76", "hoop_second_1.38")
+SIZES = ("cf_first_2.76", "hoop_first_2.76", "hoop_first_1.38", "t6_first_2.76", "t6_second_2.76")
 
 
 def shear():
     """The path under shear through its converged points."""
-    first = [35.0, 80.0], [37.5, 80.0 - 2.5 * np.tan(np.radians(14.68))]
-    path = np.vstack([*first, reference("shear_plate_limit"), [70.0, 73.5]])
-    return stack({name: history({"crack_1": path}) for name in (*SHEAR, *SIZES)})
+    start = {"J": np.full((16, 1), 533.3), "tip_size": np.full((16, 1), 1.3)}
+    run = under_shear(n_points=1418.0, **start)
+    return stack(dict.fromkeys(("as_printed", *SHEAR, *SIZES), run))
+
+
+def shear_grids():
+    """The same on three grids."""
+    return on_grids([under_shear()] * 3, how=SCATTERED["shear"]["how"])
 
 
 def holes():
@@ -109,7 +147,18 @@ def holes():
     both = {"left_crack": left, "right_crack": [20.0, 10.0] - left}
     n = len(left)
     new = np.append(0.0, np.cumsum(np.hypot(*np.diff(left, axis=0).T)))
-    held = history(both, end="arrived_hole", J=np.full((n, 2), 300.0), cf_norm=np.full((n, 2), 9.0))
+    length = np.column_stack([1.0 + new, 1.0 + new])
+    uneven = np.column_stack([np.full(n, 9.0), np.full(n, 9.5)])
+    held = history(
+        both,
+        end="arrived_hole",
+        J=np.full((n, 2), 300.0),
+        cf_norm=uneven,
+        domain_radius=np.full((n, 2), 0.5),
+        crack_length=length,
+        edges=("bottom", "top"),
+        displacement_y=np.tile([-1.0, 1.0], (n, 1)),
+    )
     held = held.assign(
         fracture_energy=("step", 2.0 * new),
         external_work=("step", np.full(n, 1e5)),
@@ -129,13 +178,19 @@ def holes():
     near = np.linspace([1.0, 2.85], [4.0, 5.2], n)
     return stack(
         {
-            **dict.fromkeys(("cf", "paper", "hoop", "stiff"), held),
+            **dict.fromkeys(("as_printed", "best", "reset", "reset_tenth", "cf", "stiff"), held),
             "crack_control": balanced,
             "rollers": history(
                 {"left_crack": near, "right_crack": [20.0, 10.0] - near}, end="arrived_hole"
             ),
         }
     )
+
+
+def holes_grids():
+    """The same on three grids."""
+    run = holes().sel(variant="as_printed", drop=True)
+    return on_grids([run] * 3, how=SCATTERED["holes"]["how"])
 
 
 SPECIMENS = {
@@ -145,23 +200,42 @@ SPECIMENS = {
 }
 
 
+def in_beam(case):
+    """Along the reference with the reference kink; at x = 6 in up to the bottom hole."""
+    start, kink = SPECIMENS[case]
+    angle = np.radians(90.0 - kink)
+    first = np.array(start) + 2.0 * np.array([np.cos(angle), np.sin(angle)])
+    known = reference(f"beam_{case}")
+    path = np.vstack([start, first, known[known[:, 1] > first[1] + 1.0]])
+    if case == "10_6":
+        path = np.vstack([path[path[:, 1] < BOTTOM[1] - HOLE - 1.0], BOTTOM - [0.0, HOLE]])
+    n = len(path)
+    run = history(
+        {"crack_1": path},
+        end="arrived_hole",
+        n_points=3500.0,
+        edges=("support_left", "support_right", "force"),
+        reaction_y=np.tile([25.0, 25.0, -50.0], (n, 1)),
+    )
+    return run.assign(fracture_energy=("step", 0.001 * run.crack_length.values[:, 0]))
+
+
 def beam():
     """The paths at three holes along their references, with the reference kinks."""
-    variants = {}
-    for case, (start, kink) in SPECIMENS.items():
-        angle = np.radians(90.0 - kink)
-        first = np.array(start) + 2.0 * np.array([np.cos(angle), np.sin(angle)])
-        known = reference(f"beam_{case}")
-        path = np.vstack([start, first, known[known[:, 1] > first[1] + 1.0]])
-        if case == "10_6":  # the last point is on the edge of the bottom hole
-            path = np.vstack([path[path[:, 1] < BOTTOM[1] - HOLE - 1.0], BOTTOM - [0.0, HOLE]])
-        run = history({"crack_1": path}, end="arrived_hole")
-        variants |= {f"{kind}_{case}": run for kind in ("cf", "hoop", "paper")}
+    variants = {
+        f"{kind}_{case}": in_beam(case) for case in SPECIMENS for kind in ("as_printed", "best")
+    }
     known = history({"crack_1": reference("beam_15_5")})
     variants |= {
         f"{order}_{size}": known for order in ("first", "second") for size in (12, 8, 5, 3)
     }
     return stack(variants)
+
+
+def beam_grids():
+    """The same on two grids."""
+    cases = [on_grids([in_beam(case)] * 2, how=SCATTERED["beam"]["how"]) for case in SPECIMENS]
+    return xr.concat(cases, xr.Variable("case", list(SPECIMENS)), join="outer")
 
 
 def moved(dataset, variant, dx=0.0, dy=0.0, from_step=1):

@@ -1,7 +1,8 @@
 from workflows.execution.job import job
-from workflows.growth.figures import write_fig9, write_fig10
+from workflows.growth.edge_figures import write_fig9, write_fig10, write_scatter_edge
 
 with job(snakemake):
-    growth, out = snakemake.input.growth, snakemake.output
+    growth, scene, out = snakemake.input.growth, snakemake.input.scene, snakemake.output
     write_fig9(growth, out.fig9, out.fig9_data)
-    write_fig10(growth, snakemake.input.scene, out.fig10, out.fig10_data)
+    write_fig10(growth, scene, snakemake.params.variants, out.fig10, out.fig10_data)
+    write_scatter_edge(snakemake.input.scatter, out.scattered, out.scattered_data)
