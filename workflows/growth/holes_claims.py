@@ -116,7 +116,7 @@ def beside_fem(e: Evidence) -> Claim:
         reference="own remeshing and an XFEM; both cracks end in the far hole",
         sentence="The paths at two holes "
         f"follow FEM to half of the plate for {sum(grids)} of {len(grids)} cracks; how they end "
-        f"hangs on the grid: in a hole on {ends[0]} and {ends[1]} of {len(grids) // 2} grids.",
+        f"depends on the grid: in a hole on {ends[0]} and {ends[1]} of {len(grids) // 2} grids.",
     )
 
 
